@@ -1,0 +1,29 @@
+#include "algo/camera_model.hpp"
+
+namespace vergence {
+
+bool CameraModel::has_distortion() const {
+  for (const double k : distortion) {
+    if (k != 0.0) return true;
+  }
+  return false;
+}
+
+bool project(const CameraModel& camera, const Vector3& p_C_mm, Vector2& uv_px) {
+  if (!(p_C_mm[2] >= kMinDepth_mm)) return false;
+  const double x = p_C_mm[0] / p_C_mm[2];
+  const double y = p_C_mm[1] / p_C_mm[2];
+  const auto& [k1, k2, p1, p2, k3] = camera.distortion;
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const double xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
+  const double yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
+  uv_px = {camera.fx_px * xd + camera.cx_px, camera.fy_px * yd + camera.cy_px};
+  return true;
+}
+
+Transform target_in_camera(const CameraModel& camera, const Transform& T_H_M) {
+  return camera.T_H_C.inverse() * T_H_M;
+}
+
+}  // namespace vergence

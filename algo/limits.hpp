@@ -1,0 +1,21 @@
+// Every static size of the vision core, in one place: the pipeline owns arrays of exactly these
+// lengths and never allocates.
+#pragma once
+
+namespace vergence {
+
+inline constexpr int kMaxImageWidth = 1280;
+inline constexpr int kMaxImageHeight = 1024;
+inline constexpr int kMaxImagePixels = kMaxImageWidth * kMaxImageHeight;
+
+inline constexpr int kPopulation = 20;                      // individuals, fixed by the method
+inline constexpr int kGenes = 6;                            // x y z e1 e2 e3
+inline constexpr int kGeneBits = 12;                        // bits a gene
+inline constexpr int kChromosomeBits = kGenes * kGeneBits;  // 72
+
+inline constexpr int kMaxBalls = 8;           // balls of a marker
+inline constexpr int kMaxInnerSamples = 64;   // samples of a ball's disc S_in
+inline constexpr int kMaxOuterSamples = 64;   // samples of a ball's ring S_out
+inline constexpr int kMaxPhotoPoints = 4096;  // points of a photo-model, S_in and S_out together
+
+}  // namespace vergence

@@ -1,0 +1,22 @@
+#include "algo/status.hpp"
+
+namespace vergence {
+
+const char* describe(Status status) {
+  switch (status) {
+    case Status::kOk: return "ok";
+    case Status::kBadCamera: return "the camera's focal length or image size is not usable";
+    case Status::kBadModel:
+      return "a radius, distance, sample count or tolerance of the model is outside its range";
+    case Status::kBadRoi: return "the rectangle around the target is empty or reaches outside the photo";
+    case Status::kTooManyPoints: return "the model has more points than the static limit";
+    case Status::kNoHue:
+      return "too few points of the target have a hue: the photo is grey, too dark or too bright";
+    case Status::kBadSearchBox:
+      return "the search box is empty, not finite or reaches outside the unit quaternions";
+    case Status::kBadImage: return "the image has another size or format than the rig";
+  }
+  return "unknown status";
+}
+
+}  // namespace vergence

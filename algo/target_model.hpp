@@ -1,0 +1,114 @@
+// What the target looks like: the ball marker [3.5, Fig. 3.6] or the photo-model [5.2], as sample points laid
+// out for forward projection. Built once, before control; read only afterwards.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "algo/camera_model.hpp"
+#include "algo/hue.hpp"
+#include "algo/image.hpp"
+#include "algo/limits.hpp"
+#include "algo/status.hpp"
+
+namespace vergence {
+
+// ---- Marker ---------------------------------------------------------------------------------------------
+
+struct Ball {
+  Vector3 centre_mm = Vector3::Zero();  // in the target frame
+  double radius_mm = 20;
+  double hue_deg = 0;
+  double tolerance_deg = 20;
+};
+
+struct MarkerOptions {
+  int inner_samples = 36;    // of S_in, a ball and camera
+  int outer_samples = 24;    // of S_out
+  double outer_ratio = 1.2;  // radius of the ring S_out over the ball's
+};
+
+// A ball of radius R at depth Z projects as a disc of radius f R / Z; its samples are the patterns below, in
+// units of that radius.
+struct MarkerModel {
+  int balls = 0;
+  int inner_samples = 0;
+  int outer_samples = 0;
+  std::array<Ball, kMaxBalls> ball{};
+  std::array<std::uint8_t, kMaxBalls> hue{};        // hue codes
+  std::array<std::uint8_t, kMaxBalls> tolerance{};  // hue steps
+  // Inner samples first, then outer; padded with zeros so that vectors may read past the end.
+  alignas(64) std::array<float, kMaxInnerSamples + kMaxOuterSamples + 16> pattern_x{};
+  alignas(64) std::array<float, kMaxInnerSamples + kMaxOuterSamples + 16> pattern_y{};
+
+  [[nodiscard]] int samples_per_camera() const { return balls * (inner_samples + outer_samples); }
+};
+
+// Errors: kBadModel (no ball, more than kMaxBalls, radius <= 0, sample counts outside [1, limit], ratio <=
+// 1).
+[[nodiscard]] Status build_marker_model(const Ball* balls, int count, const MarkerOptions& options,
+                                        MarkerModel& model);
+
+// ---- Photo-model ----------------------------------------------------------------------------------------
+
+struct Rectangle {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+// Weights of Eqs. 5.17 and 5.18 in thousandths, and tolerances in degrees.
+struct PhotoVotes {
+  int in_match = 2000;
+  int in_background = -5;
+  int in_other = 0;
+  int out_background = 100;
+  int out_other = -500;
+  double in_tolerance_deg = 30;
+  double background_tolerance_deg = 30;  // of S_in points
+  double out_tolerance_deg = 20;         // of S_out points
+};
+
+struct PhotoOptions {
+  int points = 1000;          // about as many in all, S_in and S_out together (<= kMaxPhotoPoints)
+  double strip_width = 0.06;  // of S_out, in mean side lengths of the rectangle
+  PhotoVotes votes;
+};
+
+// Everything known about the photograph the model is made of.
+struct PhotoSource {
+  ImageView photo;                     // RGB
+  const std::uint8_t* mask = nullptr;  // optional: one byte a pixel, rows packed, non-zero on the target
+  Rectangle roi;
+  double distance_mm = 400;       // camera to target plane
+  CameraModel camera;             // that took the photo (T_H_C unused)
+  double background_hue_deg = 0;  // mean hue of the background, H_B
+};
+
+// Points in the target frame (origin at the centre of the rectangle, x right, y down, z away from the
+// camera), S_in first, then S_out. Within each of the two the order is such that every leading part is spread
+// evenly over the target, so a coarse evaluation reads just the first few.
+struct PhotoModel {
+  int inner = 0;  // points of S_in
+  int outer = 0;  // points of S_out
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> x_mm{};
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> y_mm{};
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> z_mm{};  // relief; zero = the flat model of the thesis
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> hue{};
+  // Mean colour of the photo around the point (BT.601 full range), for correlation; S_in points only.
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> luma{};
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cb{};
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cr{};
+  std::uint8_t background_hue = kHueUndefined;
+  PhotoVotes votes;
+
+  [[nodiscard]] int points() const { return inner + outer; }
+};
+
+// Errors: kBadRoi, kBadCamera, kBadModel (distance <= 0, points outside [20, limit], strip width outside (0,
+// 1]), kNoHue (fewer than a tenth of the sampled points of the target have a hue).
+[[nodiscard]] Status build_photo_model(const PhotoSource& source, const PhotoOptions& options,
+                                       const HueLimits& limits, PhotoModel& model);
+
+}  // namespace vergence

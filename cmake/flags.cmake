@@ -1,0 +1,18 @@
+# Flags shared by every target.
+#
+# vergence_flags: warnings are errors; -ffp-contract=off because a fused multiply-add rounds once where two
+# operations round twice, and results must be the same bits on every processor.
+# vergence_controller_flags: what is linked into the controller knows neither exceptions nor run-time types, and
+# Eigen's own vector code is off (on arm64 it would fuse); our vector code is written out, with Highway.
+add_library(vergence_flags INTERFACE)
+target_compile_options(vergence_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off)
+target_include_directories(vergence_flags INTERFACE ${PROJECT_SOURCE_DIR})
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+get_target_property(VERGENCE_EIGEN_INCLUDE Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+target_include_directories(vergence_flags SYSTEM INTERFACE ${VERGENCE_EIGEN_INCLUDE})
+target_compile_definitions(vergence_flags INTERFACE EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=16)
+
+add_library(vergence_controller_flags INTERFACE)
+target_link_libraries(vergence_controller_flags INTERFACE vergence_flags)
+target_compile_options(vergence_controller_flags INTERFACE -fno-exceptions -fno-rtti)
