@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "algo/camera_model.hpp"
+#include "algo/colour_pyramid.hpp"
 #include "algo/hue.hpp"
 #include "algo/image.hpp"
 #include "algo/limits.hpp"
@@ -86,6 +87,14 @@ struct PhotoSource {
   double background_hue_deg = 0;  // mean hue of the background, H_B
 };
 
+// Mean colour of the photo around each point (BT.601, full range), over squares of 2^level pixels: what a
+// camera with that much less resolution would see. For correlation.
+struct PointColours {
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> luma{};
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cb{};
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cr{};
+};
+
 // Points in the target frame (origin at the centre of the rectangle, x right, y down, z away from the
 // camera), S_in first, then S_out. Within each of the two the order is such that every leading part is spread
 // evenly over the target, so a coarse evaluation reads just the first few.
@@ -96,10 +105,7 @@ struct PhotoModel {
   alignas(64) std::array<float, kMaxPhotoPoints + 16> y_mm{};
   alignas(64) std::array<float, kMaxPhotoPoints + 16> z_mm{};  // relief; zero = the flat model of the thesis
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> hue{};
-  // Mean colour of the photo around the point (BT.601 full range), for correlation; S_in points only.
-  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> luma{};
-  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cb{};
-  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cr{};
+  std::array<PointColours, kColourLevels> colour{};  // of S_in
   std::uint8_t background_hue = kHueUndefined;
   PhotoVotes votes;
 

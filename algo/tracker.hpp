@@ -1,5 +1,5 @@
-// The pose of the target, frame after frame: hue planes, prediction by motion feed-forward, evolution, and
-// what the outcome is worth [3.5, 3.6.4, 5.4].
+// The pose of the target, frame after frame: planes from images, prediction by motion feed-forward,
+// evolution, refinement, and what the outcome is worth [3.5, 3.6.4, 5.4].
 //
 // Per frame: begin_frame() once, evolve() as often as the budget allows, end_frame() once. The budget lies
 // with the caller: a number of generations (deterministic) or a clock.
@@ -8,8 +8,13 @@
 #include <cstdint>
 
 #include "algo/camera_model.hpp"
+#include "algo/colour_pyramid.hpp"
+#include "algo/correlation.hpp"
 #include "algo/fitness.hpp"
+#include "algo/hue_plane.hpp"
 #include "algo/image.hpp"
+#include "algo/motion_predictor.hpp"
+#include "algo/refine.hpp"
 #include "algo/rm_ga.hpp"
 #include "algo/status.hpp"
 #include "algo/target_model.hpp"
@@ -40,6 +45,9 @@ struct TrackerSettings {
   SearchBox box;
   GaSettings ga;
   HueLimits hue_limits;
+  // Around the prediction while tracking, in place of the search box; position in mm and e.
+  double follow_mm = 30;
+  double follow_e = 0.12;
 };
 
 // Defaults of a method for a kind of target: coding, mutation rate, saturation gate.
@@ -60,6 +68,99 @@ struct Estimate {
   TrackState state = TrackState::kSearching;
   int generations = 0;           // evolved in this frame
   std::int64_t evaluations = 0;  // poses evaluated in this frame
+};
+
+// One large object (tens of megabytes): place it statically. It never allocates.
+class Tracker {
+ public:
+  // Errors: kBadCamera, kBadSearchBox, kBadModel (no points or balls).
+  [[nodiscard]] Status configure(const StereoRig& rig, const MarkerModel& model,
+                                 const TrackerSettings& settings);
+  [[nodiscard]] Status configure(const StereoRig& rig, const PhotoModel& model,
+                                 const TrackerSettings& settings);
+
+  // Takes a new pair of images and moves the population to where the target is expected. Images may be reused
+  // as soon as this returns. kBadImage where size or format is not the rig's; the frame is then to be left
+  // out. Equal `frame` numbers with equal seeds draw equal random numbers.
+  [[nodiscard]] Status begin_frame(std::uint64_t frame, const ImageView& left, const ImageView& right,
+                                   const FrameMotion& motion);
+
+  // One generation. `progress` in [0, 1) is the share of this frame's budget that is spent: it decides when
+  // searching wide gives way to settling.
+  void evolve(double progress);
+
+  // Refines the fittest, judges it and carries the population over.
+  [[nodiscard]] Estimate end_frame();
+
+  // Forgets target, velocity and population: the next frame starts from nothing.
+  void forget();
+
+  // Generations a frame is worth in the present state, where the caller has no wish of its own.
+  [[nodiscard]] int usual_generations() const;
+
+  // Fitness of Eq. 3.22 or 5.19 of any pose T_H_M on the images of the last begin_frame().
+  [[nodiscard]] double fitness_at(const Pose& pose) const;
+
+  [[nodiscard]] TrackState state() const { return state_; }
+
+ private:
+  // What a pose is scored by.
+  enum class Measure : std::uint8_t {
+    kVotes,   // of hue: the marker, and the thesis's method
+    kSearch,  // correlation of few points at quarter resolution
+    kSettle,  // of more points
+    kJudge,   // of many points at half resolution
+  };
+
+  [[nodiscard]] Status configure_common(const StereoRig& rig, const TrackerSettings& settings);
+  [[nodiscard]] std::int64_t score(const Transform& T_H_M, Measure measure) const;
+  [[nodiscard]] std::int64_t score(const Chromosome& chromosome, Measure measure);
+  void evolve_search(double progress);
+  void merge_archive();
+  void keep_in_archive(const Individual& individual);
+  [[nodiscard]] Transform refine_best();
+  [[nodiscard]] double confidence_of(const Transform& T_H_M) const;
+  void update_state(double confidence);
+  [[nodiscard]] bool is_thesis() const { return settings_.method == Method::kThesis; }
+  [[nodiscard]] Measure search_measure() const;
+  [[nodiscard]] Measure settle_measure() const;
+
+  TargetKind kind_ = TargetKind::kMarker;
+  TrackerSettings settings_;
+  StereoRig rig_;  // T_H_C of the frame
+  MarkerModel marker_;
+  PhotoModel photo_;
+  CorrelationModel search_model_;
+  CorrelationModel settle_model_;
+  CorrelationModel judge_model_;
+
+  // The frame.
+  HuePlane hue_left_;
+  HuePlane hue_right_;
+  YuvHueTable hue_table_;
+  ColourPyramid colour_left_;
+  ColourPyramid colour_right_;
+  std::array<CameraModel, kColourLevels> camera_left_;
+  std::array<CameraModel, kColourLevels> camera_right_;
+  Transform T_CL_H_;
+  Transform T_CR_H_;
+  FrameMotion motion_;
+  CounterRandom random_;
+  int generations_ = 0;
+  std::int64_t evaluations_ = 0;
+  bool settling_ = false;
+
+  // Carried over.
+  MotionPredictor predictor_;
+  Transform T_H_M_last_;  // the last estimate
+  SearchBox box_;         // that the chromosomes of population and archive are written in
+  Population population_;
+  Population archive_;  // the best of each epoch of a search
+  bool population_ready_ = false;
+  int epoch_generation_ = 0;
+  int epochs_ = 0;  // ended since the search began
+  TrackState state_ = TrackState::kSearching;
+  RefineWorkspace workspace_;
 };
 
 }  // namespace vergence

@@ -7,6 +7,12 @@
 add_library(vergence_flags INTERFACE)
 target_compile_options(vergence_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off)
 target_include_directories(vergence_flags INTERFACE ${PROJECT_SOURCE_DIR})
+# The least processor: SSE4.2 (any x86-64 since 2009). Highway adds AVX2 and AVX-512 beside it, chosen at run time.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  target_compile_options(vergence_flags INTERFACE -march=x86-64-v2)
+  # Otherwise Highway's SSE4 asks for AES as well, which that level does not promise.
+  target_compile_definitions(vergence_flags INTERFACE HWY_DISABLE_PCLMUL_AES)
+endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 get_target_property(VERGENCE_EIGEN_INCLUDE Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)

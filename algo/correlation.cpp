@@ -1,0 +1,119 @@
+// Correlation sums, once per instruction set (Highway). The sums are integers; only their few quotients at
+// the end are floating point, in double precision, once a camera.
+#include "algo/correlation.hpp"
+
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "algo/correlation.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "algo/projection-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace vergence::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
+                      const ColourLevel& image, const Transform& T_C_M, CorrelationSums& sums) {
+  alignas(64) std::int32_t index[kMaxPhotoPoints + 16];
+  alignas(64) ColourPixel pixel[kMaxPhotoPoints + 16];
+  point_indices(camera, {image.width_px, image.height_px}, T_C_M, photo.x_mm.data(), photo.y_mm.data(),
+                photo.z_mm.data(), model.points, index);
+  for (int i = 0; i < model.points; ++i) pixel[i] = image.pixel[index[i]];
+
+  const hn::ScalableTag<std::int32_t> d32;
+  const hn::RebindToUnsigned<decltype(d32)> du32;
+  const hn::Repartition<std::int16_t, decltype(d32)> d16;
+  const int lanes = static_cast<int>(hn::Lanes(d32));
+  const auto even_bytes = hn::Set(du32, 0x00FF00FFU);
+  const auto low_byte = hn::Set(du32, 0x000000FFU);
+  const auto centre_both = hn::Set(d16, 128);
+  const auto centre_low = hn::BitCast(d16, hn::Set(du32, 0x00000080U));
+  const auto high_half = hn::BitCast(d16, hn::Set(du32, 0xFFFF0000U));
+  const auto one_low = hn::BitCast(d16, hn::Set(du32, 0x00000001U));
+  const auto one_high = hn::BitCast(d16, hn::Set(du32, 0x00010000U));
+
+  auto luma = hn::Zero(d32);
+  auto cb = hn::Zero(d32);
+  auto cr = hn::Zero(d32);
+  auto squares = hn::Zero(d32);
+  auto products = hn::Zero(d32);
+  for (int i = 0; i < model.points; i += lanes) {
+    const auto packed = hn::Load(du32, pixel + i);
+    auto yr = hn::Sub(hn::BitCast(d16, hn::And(packed, even_bytes)), centre_both);
+    yr = hn::Add(yr, hn::And(yr, high_half));  // luma, 2 cr
+    auto b = hn::Sub(hn::BitCast(d16, hn::And(hn::ShiftRight<8>(packed), low_byte)), centre_low);
+    b = hn::Add(b, b);  // 2 cb, 0
+    const auto model_yr = hn::Load(d16, model.luma_cr.data() + 2 * i);
+    const auto model_b = hn::Load(d16, model.cb.data() + 2 * i);
+    const auto accumulate = [&](auto a, auto c, auto& sum) {
+      auto other = hn::Zero(d32);  // where some instruction sets put half of the sums
+      sum = hn::ReorderWidenMulAccumulate(d32, a, c, sum, other);
+      sum = hn::Add(sum, other);
+    };
+    accumulate(yr, one_low, luma);
+    accumulate(yr, one_high, cr);
+    accumulate(b, one_low, cb);
+    accumulate(yr, yr, squares);
+    accumulate(b, b, squares);
+    accumulate(yr, model_yr, products);
+    accumulate(b, model_b, products);
+  }
+  const auto total = [&](auto v) { return static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(d32, v))); };
+  sums = {total(luma), total(cb), total(cr), total(squares), total(products)};
+}
+
+}  // namespace vergence::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vergence {
+
+HWY_EXPORT(correlation_sums);
+
+void build_correlation_model(const PhotoModel& photo, int level, int points, CorrelationModel& model) {
+  model = CorrelationModel{};
+  model.level = level;
+  const int available = points < photo.inner ? points : photo.inner;
+  model.points = available >= 16 ? available / 16 * 16 : 0;
+  const PointColours& colours = photo.colour[static_cast<unsigned>(level)];
+  for (unsigned i = 0; i < static_cast<unsigned>(model.points); ++i) {
+    const int luma = colours.luma[i] - 128;
+    const int cb = 2 * (colours.cb[i] - 128);
+    const int cr = 2 * (colours.cr[i] - 128);
+    model.luma_cr[2 * i] = static_cast<std::int16_t>(luma);
+    model.luma_cr[2 * i + 1] = static_cast<std::int16_t>(cr);
+    model.cb[2 * i] = static_cast<std::int16_t>(cb);
+    model.sum_luma += luma;
+    model.sum_cb += cb;
+    model.sum_cr += cr;
+    model.sum_squares += luma * luma + cb * cb + cr * cr;
+  }
+}
+
+std::int64_t correlation(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
+                         const ColourLevel& image, const Transform& T_C_M) {
+  if (model.points == 0) return 0;
+  CorrelationSums s;
+  HWY_DYNAMIC_DISPATCH(correlation_sums)(model, photo, camera, image, T_C_M, s);
+  // All times n, in integers: n sum ab - sum a sum b.
+  constexpr std::int64_t kNoiseVariance = 20;  // of a bare wall, a point
+  const std::int64_t n = model.points;
+  const std::int64_t covariance =
+      n * s.products - (s.luma * model.sum_luma + s.cb * model.sum_cb + s.cr * model.sum_cr);
+  const std::int64_t image_variance =
+      n * s.squares - (s.luma * s.luma + s.cb * s.cb + s.cr * s.cr) + n * n * kNoiseVariance;
+  const std::int64_t model_variance =
+      n * model.sum_squares -
+      (model.sum_luma * model.sum_luma + model.sum_cb * model.sum_cb + model.sum_cr * model.sum_cr) +
+      n * n * kNoiseVariance;
+  const double scale =
+      std::sqrt(static_cast<double>(image_variance)) * std::sqrt(static_cast<double>(model_variance));
+  return static_cast<std::int64_t>(static_cast<double>(covariance) / scale *
+                                   static_cast<double>(kCorrelationOne));
+}
+
+}  // namespace vergence
+#endif

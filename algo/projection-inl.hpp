@@ -1,0 +1,165 @@
+// Forward projection of many samples to pixel indices, once per instruction set. To be included after
+// Highway, inside a file that is compiled for each target.
+//
+// Single precision, no fused multiply-add, true division: the same bits on every processor.
+#if defined(VERGENCE_ALGO_PROJECTION_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef VERGENCE_ALGO_PROJECTION_INL_HPP
+#undef VERGENCE_ALGO_PROJECTION_INL_HPP
+#else
+#define VERGENCE_ALGO_PROJECTION_INL_HPP
+#endif
+
+#include <cstdint>
+
+#include "algo/camera_model.hpp"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vergence::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// The image a pixel index counts in; the index after the last pixel stands for everything beside it.
+struct PixelGrid {
+  int width_px;
+  int height_px;
+  [[nodiscard]] std::int32_t outside() const { return width_px * height_px; }
+};
+
+// Index of the pixel whose area holds (u, v); the grid's outside index where there is none or `visible` is
+// false.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> pixel_index(D d, V u, V v, hn::Mask<D> visible, PixelGrid grid) {
+  const hn::RebindToSigned<D> di;
+  const V half = hn::Set(d, 0.5F);
+  const V zero = hn::Zero(d);
+  const V us = hn::Add(u, half);
+  const V vs = hn::Add(v, half);
+  auto inside =
+      hn::And(hn::And(hn::Ge(us, zero), hn::Lt(us, hn::Set(d, static_cast<float>(grid.width_px)))),
+              hn::And(hn::Ge(vs, zero), hn::Lt(vs, hn::Set(d, static_cast<float>(grid.height_px)))));
+  inside = hn::And(inside, visible);
+  const auto column = hn::ConvertTo(di, hn::IfThenElseZero(inside, us));
+  const auto row = hn::ConvertTo(di, hn::IfThenElseZero(inside, vs));
+  const auto index = hn::Add(hn::Mul(row, hn::Set(di, grid.width_px)), column);
+  return hn::IfThenElse(hn::RebindMask(di, inside), index, hn::Set(di, grid.outside()));
+}
+
+// Lens distortion of normalized coordinates (x, y), OpenCV's five coefficients.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void distort(D d, const CameraModel& camera, V& x, V& y) {
+  const auto k = [&](unsigned i) { return hn::Set(d, static_cast<float>(camera.distortion[i])); };
+  const V two = hn::Set(d, 2.0F);
+  const V xx = hn::Mul(x, x);
+  const V yy = hn::Mul(y, y);
+  const V xy2 = hn::Mul(two, hn::Mul(x, y));
+  const V r2 = hn::Add(xx, yy);
+  V radial = hn::Add(hn::Mul(k(4), r2), k(1));
+  radial = hn::Add(hn::Mul(radial, r2), k(0));
+  radial = hn::Add(hn::Mul(radial, r2), hn::Set(d, 1.0F));
+  const V xd =
+      hn::Add(hn::Mul(x, radial), hn::Add(hn::Mul(k(2), xy2), hn::Mul(k(3), hn::Add(r2, hn::Mul(two, xx)))));
+  const V yd =
+      hn::Add(hn::Mul(y, radial), hn::Add(hn::Mul(k(2), hn::Add(r2, hn::Mul(two, yy))), hn::Mul(k(3), xy2)));
+  x = xd;
+  y = yd;
+}
+
+// Pixel indices of `count` points (x, y, z) of the target frame, posed by T_C_M. `index` is written in whole
+// vectors; x, y, z are read so.
+template <bool kDistorted>
+HWY_INLINE void point_indices_as(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
+                                 const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
+                                 const float* HWY_RESTRICT z_mm, int count,
+                                 std::int32_t* HWY_RESTRICT index) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  // Without distortion the intrinsics fold into the matrix: [fx 0 cx; 0 fy cy; 0 0 1] [R t].
+  float P[3][4];
+  for (int column = 0; column < 4; ++column) {
+    const auto entry = [&](int row) { return column < 3 ? T_C_M.R(row, column) : T_C_M.t_mm[row]; };
+    const double depth = entry(2);
+    P[0][column] = static_cast<float>(kDistorted ? entry(0) : camera.fx_px * entry(0) + camera.cx_px * depth);
+    P[1][column] = static_cast<float>(kDistorted ? entry(1) : camera.fy_px * entry(1) + camera.cy_px * depth);
+    P[2][column] = static_cast<float>(depth);
+  }
+  const auto row = [&](int r, hn::Vec<decltype(d)> x, hn::Vec<decltype(d)> y, hn::Vec<decltype(d)> z) {
+    const auto xy = hn::Add(hn::Mul(hn::Set(d, P[r][0]), x), hn::Mul(hn::Set(d, P[r][1]), y));
+    return hn::Add(xy, hn::Add(hn::Mul(hn::Set(d, P[r][2]), z), hn::Set(d, P[r][3])));
+  };
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int i = 0; i < count; i += lanes) {
+    const auto x = hn::Load(d, x_mm + i);
+    const auto y = hn::Load(d, y_mm + i);
+    const auto z = hn::Load(d, z_mm + i);
+    const auto depth = row(2, x, y, z);
+    const auto visible = hn::Ge(depth, hn::Set(d, static_cast<float>(kMinDepth_mm)));
+    const auto inverse = hn::Div(hn::Set(d, 1.0F), depth);
+    auto u = hn::Mul(row(0, x, y, z), inverse);
+    auto v = hn::Mul(row(1, x, y, z), inverse);
+    if constexpr (kDistorted) {
+      distort(d, camera, u, v);
+      u = hn::Add(hn::Mul(u, hn::Set(d, static_cast<float>(camera.fx_px))),
+                  hn::Set(d, static_cast<float>(camera.cx_px)));
+      v = hn::Add(hn::Mul(v, hn::Set(d, static_cast<float>(camera.fy_px))),
+                  hn::Set(d, static_cast<float>(camera.cy_px)));
+    }
+    hn::Store(pixel_index(d, u, v, visible, grid), di, index + i);
+  }
+}
+
+HWY_INLINE void point_indices(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
+                              const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
+                              const float* HWY_RESTRICT z_mm, int count, std::int32_t* HWY_RESTRICT index) {
+  if (camera.has_distortion()) {
+    point_indices_as<true>(camera, grid, T_C_M, x_mm, y_mm, z_mm, count, index);
+  } else {
+    point_indices_as<false>(camera, grid, T_C_M, x_mm, y_mm, z_mm, count, index);
+  }
+}
+
+// Pixel indices of a disc's samples: the centre is projected once, and a sample at (px, py) of the pattern
+// lies at radius R / Z times the pattern from it, in normalized coordinates.
+HWY_INLINE void disc_indices(const CameraModel& camera, PixelGrid grid, const Vector3& centre_C_mm,
+                             double radius_mm, const float* HWY_RESTRICT pattern_x,
+                             const float* HWY_RESTRICT pattern_y, int count,
+                             std::int32_t* HWY_RESTRICT index) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const bool visible = centre_C_mm[2] >= kMinDepth_mm;
+  const double inverse = visible ? 1.0 / centre_C_mm[2] : 0.0;
+  const bool distorted = camera.has_distortion();
+  const double x0 = centre_C_mm[0] * inverse;
+  const double y0 = centre_C_mm[1] * inverse;
+  const double r = radius_mm * inverse;
+  const auto set = [&](double value) { return hn::Set(d, static_cast<float>(value)); };
+  const auto all = visible ? hn::FirstN(d, hn::Lanes(d)) : hn::FirstN(d, 0);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  if (distorted) {
+    for (int i = 0; i < count; i += lanes) {
+      auto u = hn::Add(set(x0), hn::Mul(set(r), hn::Load(d, pattern_x + i)));
+      auto v = hn::Add(set(y0), hn::Mul(set(r), hn::Load(d, pattern_y + i)));
+      distort(d, camera, u, v);
+      u = hn::Add(hn::Mul(u, set(camera.fx_px)), set(camera.cx_px));
+      v = hn::Add(hn::Mul(v, set(camera.fy_px)), set(camera.cy_px));
+      hn::Store(pixel_index(d, u, v, all, grid), di, index + i);
+    }
+    return;
+  }
+  const auto u0 = set(camera.fx_px * x0 + camera.cx_px);
+  const auto v0 = set(camera.fy_px * y0 + camera.cy_px);
+  const auto ru = set(camera.fx_px * r);
+  const auto rv = set(camera.fy_px * r);
+  for (int i = 0; i < count; i += lanes) {
+    const auto u = hn::Add(u0, hn::Mul(ru, hn::Load(d, pattern_x + i)));
+    const auto v = hn::Add(v0, hn::Mul(rv, hn::Load(d, pattern_y + i)));
+    hn::Store(pixel_index(d, u, v, all, grid), di, index + i);
+  }
+}
+
+}  // namespace
+}  // namespace vergence::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard
