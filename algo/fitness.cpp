@@ -28,7 +28,8 @@ HWY_INLINE auto at_most(V a, V b) {
   return hn::Eq(hn::SaturatedSub(a, b), hn::Zero(hn::DFromV<V>()));
 }
 
-// The first `count` lanes; count may be negative, or more than the lanes (FirstN's own limit is that of a byte).
+// The first `count` lanes; count may be negative, or more than the lanes (FirstN's own limit is that of a
+// byte).
 template <class D>
 HWY_INLINE hn::Mask<D> first(D d, int count) {
   const int lanes = static_cast<int>(hn::Lanes(d));

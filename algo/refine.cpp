@@ -101,7 +101,8 @@ void sample_points(const PhotoModel& model, int points, const CameraModel& camer
 struct Pairing {
   double gain;
   Vector3 offset;
-  double scale;  // of the residuals that count as inliers
+  double deviation;  // mean absolute residual
+  double spread;     // standard deviation of a
   bool usable;
 };
 
@@ -110,6 +111,7 @@ Pairing fit_light(int points, A&& a, B&& b, Seen&& seen) {
   double n = 0;
   Vector3 sum_a = Vector3::Zero();
   Vector3 sum_b = Vector3::Zero();
+  double aa = 0;
   double bb = 0;
   double ab = 0;
   for (int i = 0; i < points; ++i) {
@@ -117,6 +119,7 @@ Pairing fit_light(int points, A&& a, B&& b, Seen&& seen) {
     n += w;
     sum_a += w * a(i);
     sum_b += w * b(i);
+    aa += w * a(i).squaredNorm();
     bb += w * b(i).squaredNorm();
     ab += w * a(i).dot(b(i));
   }
@@ -130,7 +133,9 @@ Pairing fit_light(int points, A&& a, B&& b, Seen&& seen) {
   for (int i = 0; i < points; ++i) {
     deviation += seen(i) * (a(i) - pair.gain * b(i) - pair.offset).cwiseAbs().sum();
   }
-  pair.scale = 1.5 * deviation / (3 * count) + 0.5;
+  pair.deviation = deviation / (3 * count);
+  const double variance = (aa - sum_a.squaredNorm() / count) / (3 * count);
+  pair.spread = std::sqrt(variance > 0 ? variance : 0);
   return pair;
 }
 
@@ -140,6 +145,7 @@ template <class A, class B, class Seen, class Row>
 void add_pairing(int points, A&& a, B&& b, Seen&& seen, Row&& row, Matrix6& H, Vector6& g) {
   constexpr double kUnitOfGain = 50;  // brings the gain's column to the size of the others
   const Pairing pair = fit_light(points, a, b, seen);
+  const double scale = 1.5 * pair.deviation + 0.5;  // residuals much beyond it count little
   Matrix10 N = Matrix10::Zero();
   Vector10 q = Vector10::Zero();
   for (int i = 0; i < points; ++i) {
@@ -147,7 +153,7 @@ void add_pairing(int points, A&& a, B&& b, Seen&& seen, Row&& row, Matrix6& H, V
     const Vector3 residuals = a(i) - pair.gain * values - pair.offset;
     for (int c = 0; c < 3; ++c) {
       const double r = residuals[c];
-      const double w = seen(i) / (pair.scale * pair.scale + r * r);  // Cauchy
+      const double w = seen(i) / (scale * scale + r * r);  // Cauchy
       Eigen::Matrix<double, 8, 1> J;
       J << row(i, c, pair.gain), -values[c] / kUnitOfGain, -1;
       const Eigen::Matrix<double, 8, 1> wJ = w * J;
@@ -171,6 +177,64 @@ void add_pairing(int points, A&& a, B&& b, Seen&& seen, Row&& row, Matrix6& H, V
   g += q.head<6>() - E.transpose() * light.solve(Eigen::Vector4d(q.tail<4>()));
 }
 
+// What both functions below work on: one level of everything.
+struct Level {
+  Level(const PhotoModel& photo_model, const StereoRig& rig, const ColourPyramid& left,
+        const ColourPyramid& right, int level, int wanted_points, RefineWorkspace& space)
+      : model(photo_model),
+        colours(photo_model.colour[static_cast<unsigned>(level)]),
+        camera_left(camera_at_level(rig.left, level)),
+        camera_right(camera_at_level(rig.right, level)),
+        image_left(level_of(left, level)),
+        image_right(level_of(right, level)),
+        workspace(space) {
+    const int limited = wanted_points < kMaxRefinePoints ? wanted_points : kMaxRefinePoints;
+    points = limited < model.inner ? limited : model.inner;
+  }
+
+  void sample(const Transform& T_H_M) const {
+    sample_points(model, points, camera_left, image_left, T_H_M, workspace.left.data());
+    sample_points(model, points, camera_right, image_right, T_H_M, workspace.right.data());
+  }
+
+  [[nodiscard]] const RefineSample& left(int i) const { return workspace.left[static_cast<unsigned>(i)]; }
+  [[nodiscard]] const RefineSample& right(int i) const { return workspace.right[static_cast<unsigned>(i)]; }
+  [[nodiscard]] Vector3 photo(int i) const {
+    const auto k = static_cast<unsigned>(i);
+    return {colours.luma[k] - 128.0, kChromaWeight * (colours.cb[k] - 128.0),
+            kChromaWeight * (colours.cr[k] - 128.0)};
+  }
+
+  // Calls f(a, b, seen, row of the residual's slope) for each of the three pairings.
+  template <class F>
+  void for_each_pairing(F&& f) const {
+    const auto slope = [](const RefineSample& s, int c) -> Vector6 {
+      return s.slope_u[c] * s.du + s.slope_v[c] * s.dv;
+    };
+    const auto value_left = [this](int i) -> const Vector3& { return left(i).value; };
+    const auto value_right = [this](int i) -> const Vector3& { return right(i).value; };
+    const auto of_photo = [this](int i) { return photo(i); };
+    f(
+        value_left, of_photo, [this](int i) { return left(i).visible ? 1.0 : 0.0; },
+        [&](int i, int c, double) { return slope(left(i), c); });
+    f(
+        value_right, of_photo, [this](int i) { return right(i).visible ? 1.0 : 0.0; },
+        [&](int i, int c, double) { return slope(right(i), c); });
+    f(
+        value_left, value_right, [this](int i) { return left(i).visible & right(i).visible ? 1.0 : 0.0; },
+        [&](int i, int c, double gain) -> Vector6 { return slope(left(i), c) - gain * slope(right(i), c); });
+  }
+
+  const PhotoModel& model;
+  const PointColours& colours;
+  CameraModel camera_left;
+  CameraModel camera_right;
+  ColourLevel image_left;
+  ColourLevel image_right;
+  RefineWorkspace& workspace;
+  int points;
+};
+
 Vector3 limited(const Vector3& step, double limit) {
   const double length = std::sqrt(step.squaredNorm());
   return length > limit ? Vector3(step * (limit / length)) : step;
@@ -178,50 +242,31 @@ Vector3 limited(const Vector3& step, double limit) {
 
 }  // namespace
 
+double alignment_cost(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
+                      const ColourPyramid& right, int level, int points, RefineWorkspace& workspace,
+                      const Transform& T_H_M) {
+  constexpr double kNoise = 4;       // spread of a bare wall
+  constexpr double kUnusable = 1.0;  // as bad as an unrelated place
+  const Level at(model, rig, left, right, level, points, workspace);
+  at.sample(T_H_M);
+  double cost = 0;
+  at.for_each_pairing([&](auto&& a, auto&& b, auto&& seen, auto&&) {
+    const Pairing pair = fit_light(at.points, a, b, seen);
+    cost += pair.usable ? pair.deviation / (pair.spread + kNoise) : kUnusable;
+  });
+  return cost;
+}
+
 void refine_photo_pose(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
                        const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& workspace,
                        Transform& T_H_M) {
-  const int wanted = pass.points < kMaxRefinePoints ? pass.points : kMaxRefinePoints;
-  const int points = wanted < model.inner ? wanted : model.inner;
-  const CameraModel camera_left = camera_at_level(rig.left, pass.level);
-  const CameraModel camera_right = camera_at_level(rig.right, pass.level);
-  const ColourLevel image_left = level_of(left, pass.level);
-  const ColourLevel image_right = level_of(right, pass.level);
-  const PointColours& colours = model.colour[static_cast<unsigned>(pass.level)];
-
-  const auto photo = [&](int i) -> Vector3 {
-    const auto k = static_cast<unsigned>(i);
-    return {colours.luma[k] - 128.0, kChromaWeight * (colours.cb[k] - 128.0),
-            kChromaWeight * (colours.cr[k] - 128.0)};
-  };
-  const auto sample_of = [](const auto& samples, int i) -> const RefineSample& {
-    return samples[static_cast<unsigned>(i)];
-  };
-  const auto slope = [](const RefineSample& s, int c) -> Vector6 {
-    return s.slope_u[c] * s.du + s.slope_v[c] * s.dv;
-  };
-
+  const Level at(model, rig, left, right, pass.level, pass.points, workspace);
   for (int iteration = 0; iteration < pass.iterations; ++iteration) {
-    sample_points(model, points, camera_left, image_left, T_H_M, workspace.left.data());
-    sample_points(model, points, camera_right, image_right, T_H_M, workspace.right.data());
+    at.sample(T_H_M);
     Matrix6 H = Matrix6::Zero();
     Vector6 g = Vector6::Zero();
-    for (const auto* samples : {&workspace.left, &workspace.right}) {
-      add_pairing(
-          points, [&](int i) -> const Vector3& { return sample_of(*samples, i).value; }, photo,
-          [&](int i) { return sample_of(*samples, i).visible ? 1.0 : 0.0; },
-          [&](int i, int c, double) { return slope(sample_of(*samples, i), c); }, H, g);
-    }
-    add_pairing(
-        points, [&](int i) -> const Vector3& { return sample_of(workspace.left, i).value; },
-        [&](int i) -> const Vector3& { return sample_of(workspace.right, i).value; },
-        [&](int i) {
-          return sample_of(workspace.left, i).visible && sample_of(workspace.right, i).visible ? 1.0 : 0.0;
-        },
-        [&](int i, int c, double gain) -> Vector6 {
-          return slope(sample_of(workspace.left, i), c) - gain * slope(sample_of(workspace.right, i), c);
-        },
-        H, g);
+    at.for_each_pairing(
+        [&](auto&& a, auto&& b, auto&& seen, auto&& row) { add_pairing(at.points, a, b, seen, row, H, g); });
     for (int k = 0; k < 6; ++k) H(k, k) += 1e-4 * H(k, k) + 1e-9;
     const Vector6 step = H.ldlt().solve(g);
     const Vector3 move = limited(step.head<3>(), kMaxStep_mm);

@@ -47,4 +47,11 @@ void refine_photo_pose(const PhotoModel& model, const StereoRig& rig, const Colo
                        const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& workspace,
                        Transform& T_H_M);
 
+// How badly the pose explains the images at a level: for each pairing the mean absolute residual over the
+// spread of the colours, summed over the three; 0 is perfect, 3 no better than any other place. The measure
+// that refinement must never make worse.
+[[nodiscard]] double alignment_cost(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
+                                    const ColourPyramid& right, int level, int points,
+                                    RefineWorkspace& workspace, const Transform& T_H_M);
+
 }  // namespace vergence

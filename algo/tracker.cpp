@@ -283,6 +283,9 @@ Transform Tracker::refine_best() {
   const auto refine = [this](const RefinePass& pass, Transform& T) {
     refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
   };
+  const auto cost = [this](const RefinePass& pass, const Transform& T) {
+    return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass.level, pass.points, workspace_, T);
+  };
   if (state_ != TrackState::kTracking) {
     // Three guesses: the fittest, its mirror image, and the fittest of those elsewhere.
     Pose other = best;
@@ -291,28 +294,23 @@ Transform Tracker::refine_best() {
       if (distinct(pose, best)) other = pose;
     }
     std::array<Transform, 3> guesses{T_H_M, mirrored_tilt(T_H_M), to_transform(other)};
-    std::int64_t best_score = INT64_MIN;
+    double least_cost = 1e9;
     for (Transform& guess : guesses) {
       refine(kCoarsePass, guess);
-      const std::int64_t guess_score = score(guess, Measure::kJudge);
-      if (guess_score > best_score) {
-        best_score = guess_score;
+      const double guess_cost = cost(kMiddlePass, guess);
+      if (guess_cost < least_cost) {
+        least_cost = guess_cost;
         T_H_M = guess;
       }
     }
-    evaluations_ += 3;
   }
-  // No pass may make it worse by the common measure.
-  std::int64_t before = score(T_H_M, Measure::kJudge);
+  // No pass may make it worse by its own measure.
   for (const RefinePass& pass : {kMiddlePass, kFinePass}) {
+    const double before = cost(pass, T_H_M);
     Transform refined = T_H_M;
     refine(pass, refined);
-    const std::int64_t after = score(refined, Measure::kJudge);
-    const bool better = after >= before;
-    T_H_M = better ? refined : T_H_M;
-    before = better ? after : before;
+    if (cost(pass, refined) <= before) T_H_M = refined;
   }
-  evaluations_ += 3;
   return T_H_M;
 }
 
@@ -330,8 +328,8 @@ void Tracker::update_state(double confidence) {
     return;
   }
   if (state_ == TrackState::kTracking) {
-    // Search anew, in the whole box.
-    forget();
+    // Search anew, in the whole box. The thesis just goes on.
+    if (!is_thesis()) forget();
     state_ = TrackState::kLost;
   } else if (epochs_ >= kFullSearchEpochs) {
     state_ = TrackState::kLost;

@@ -1,0 +1,174 @@
+#include "tools/draw/overlay.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "algo/hue.hpp"
+
+namespace vergence::tools {
+namespace {
+
+const cv::Scalar kWhite(255, 255, 255);
+
+cv::Mat wrap(RgbImage& image) {
+  return {image.height_px, image.width_px, CV_8UC3, image.data.data()};
+}
+
+cv::Scalar colour_of_hue(double degrees) {
+  const auto channel = [&](double offset) {
+    const double k = std::fmod(offset + degrees / 60, 6.0);
+    return 255 * (1 - std::max(0.0, std::min({k, 4 - k, 1.0})));
+  };
+  return {channel(5), channel(3), channel(1)};
+}
+
+// Image coordinates with sub-pixel shift for OpenCV's drawing functions.
+constexpr int kShift = 4;
+cv::Point fixed_point(const Vector2& uv) {
+  const double limit = 1e5;
+  return {static_cast<int>(std::lround(std::clamp(uv[0], -limit, limit) * (1 << kShift))),
+          static_cast<int>(std::lround(std::clamp(uv[1], -limit, limit) * (1 << kShift)))};
+}
+
+class EyePainter {
+ public:
+  EyePainter(cv::Mat image, const CameraModel& camera, const Transform& T_H_M)
+      : image_(std::move(image)), camera_(camera), T_C_M_(target_in_camera(camera, T_H_M)) {}
+
+  void line(const Vector3& a_mm, const Vector3& b_mm, const cv::Scalar& colour, int thickness) {
+    Vector2 a;
+    Vector2 b;
+    if (!project(camera_, T_C_M_ * a_mm, a) || !project(camera_, T_C_M_ * b_mm, b)) return;
+    cv::line(image_, fixed_point(a), fixed_point(b), colour, thickness, cv::LINE_AA, kShift);
+  }
+
+  void dot(const Vector3& p_mm, const cv::Scalar& colour) {
+    Vector2 uv;
+    if (!project(camera_, T_C_M_ * p_mm, uv)) return;
+    cv::circle(image_, fixed_point(uv), 1 << kShift, colour, cv::FILLED, cv::LINE_AA, kShift);
+  }
+
+  void ball(const Ball& ball, const cv::Scalar& colour, int thickness) {
+    const Vector3 centre = T_C_M_ * ball.centre_mm;
+    Vector2 uv;
+    if (!project(camera_, centre, uv)) return;
+    const double radius = camera_.fx_px * ball.radius_mm / centre[2];
+    cv::circle(image_, fixed_point(uv), static_cast<int>(std::min(radius, 1e4) * (1 << kShift)), colour,
+               thickness, cv::LINE_AA, kShift);
+  }
+
+  void axes(double length_mm) {
+    line({0, 0, 0}, {length_mm, 0, 0}, {255, 40, 40}, 2);
+    line({0, 0, 0}, {0, length_mm, 0}, {40, 255, 40}, 2);
+    line({0, 0, 0}, {0, 0, length_mm}, {80, 80, 255}, 2);
+  }
+
+ private:
+  cv::Mat image_;
+  CameraModel camera_;
+  Transform T_C_M_;
+};
+
+// Corners of the photo's rectangle in the target frame.
+std::vector<Vector3> rectangle_corners(const Target& target) {
+  const double x = 0.5 * target.roi.width * target.distance_mm / target.camera.fx_px;
+  const double y = 0.5 * target.roi.height * target.distance_mm / target.camera.fy_px;
+  return {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+}
+
+void outline(EyePainter& painter, const Target& target, const cv::Scalar* colour, int thickness) {
+  if (target.kind == TargetKind::kMarker) {
+    for (const Ball& ball : target.balls) {
+      painter.ball(ball, colour != nullptr ? *colour : colour_of_hue(ball.hue_deg), thickness);
+    }
+    return;
+  }
+  const auto corners = rectangle_corners(target);
+  for (std::size_t i = 0; i < 4; ++i) {
+    painter.line(corners[i], corners[(i + 1) % 4], colour != nullptr ? *colour : cv::Scalar(255, 0, 255),
+                 thickness);
+  }
+}
+
+double axis_length_mm(const Target& target) {
+  if (target.kind == TargetKind::kMarker) {
+    double length = 0;
+    for (const Ball& ball : target.balls) length = std::max(length, ball.centre_mm.norm());
+    return std::max(length, 20.0);
+  }
+  return 0.5 * std::min(target.roi.width, target.roi.height) * target.distance_mm / target.camera.fx_px;
+}
+
+void label(cv::Mat image, const std::string& text) {
+  const cv::Point at(8, image.rows - 10);
+  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, kWhite, 1, cv::LINE_AA);
+}
+
+}  // namespace
+
+RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const FrameResult& result,
+                      const RgbImage& left, const RgbImage& right) {
+  RgbImage sheet(left.width_px + right.width_px, std::max(left.height_px, right.height_px));
+  cv::Mat canvas = wrap(sheet);
+  RgbImage eyes[2] = {left, right};
+  const FrameMotion motion = dataset.motion_of(result.frame);
+  CameraModel cameras[2] = {dataset.rig.left, dataset.rig.right};
+  cameras[0].T_H_C = motion.T_H_CL;
+  cameras[1].T_H_C = motion.T_H_CR;
+  const Estimate& estimate = result.estimate;
+  int x = 0;
+  for (int eye = 0; eye < 2; ++eye) {
+    cv::Mat part = canvas(cv::Rect(x, 0, eyes[eye].width_px, eyes[eye].height_px));
+    wrap(eyes[eye]).copyTo(part);
+    x += eyes[eye].width_px;
+    if (const auto truth = dataset.truth.find(result.frame); truth != dataset.truth.end()) {
+      EyePainter painter(part, cameras[eye], to_transform(truth->second.T_H_M));
+      outline(painter, dataset.target, &kWhite, 1);
+    }
+    EyePainter painter(part, cameras[eye], to_transform(estimate.pose));
+    if (dataset.target.kind == TargetKind::kPhoto) {
+      const PhotoModel& model = estimator.photo_model();
+      for (unsigned i = 0; i < static_cast<unsigned>(model.inner); i += 4) {
+        const cv::Scalar colour =
+            is_hue(model.hue[i]) ? colour_of_hue(hue_degrees(model.hue[i])) : cv::Scalar(128, 128, 128);
+        painter.dot({model.x_mm[i], model.y_mm[i], model.z_mm[i]}, colour);
+      }
+    }
+    outline(painter, dataset.target, nullptr, 2);
+    painter.axes(axis_length_mm(dataset.target));
+  }
+  char text[200];
+  std::snprintf(text, sizeof text, "frame %d  %s  confidence %.2f  x %.1f y %.1f z %.1f mm  e %.3f %.3f %.3f",
+                result.frame, to_string(estimate.state), estimate.confidence, estimate.pose.position_mm[0],
+                estimate.pose.position_mm[1], estimate.pose.position_mm[2], estimate.pose.e[0],
+                estimate.pose.e[1], estimate.pose.e[2]);
+  label(canvas, text);
+  return sheet;
+}
+
+RgbImage draw_photo_model(const RgbImage& photo, const PhotoSource& source, const PhotoModel& model) {
+  RgbImage picture = photo;
+  cv::Mat canvas = wrap(picture);
+  canvas *= 0.6;
+  const double uc = source.roi.x + 0.5 * (source.roi.width - 1);
+  const double vc = source.roi.y + 0.5 * (source.roi.height - 1);
+  for (unsigned i = 0; i < static_cast<unsigned>(model.points()); ++i) {
+    const Vector2 uv{uc + model.x_mm[i] * source.camera.fx_px / source.distance_mm,
+                     vc + model.y_mm[i] * source.camera.fy_px / source.distance_mm};
+    const bool inner = static_cast<int>(i) < model.inner;
+    const cv::Scalar colour = !inner                 ? kWhite
+                              : is_hue(model.hue[i]) ? colour_of_hue(hue_degrees(model.hue[i]))
+                                                     : cv::Scalar(0, 0, 0);
+    cv::circle(canvas, fixed_point(uv), (3 << kShift) / 2, colour, cv::FILLED, cv::LINE_AA, kShift);
+  }
+  cv::rectangle(canvas, cv::Rect(source.roi.x, source.roi.y, source.roi.width, source.roi.height),
+                {255, 0, 255}, 1);
+  label(canvas,
+        std::to_string(model.inner) + " points S_in, " + std::to_string(model.outer) + " points S_out");
+  return picture;
+}
+
+}  // namespace vergence::tools

@@ -1,0 +1,20 @@
+// The estimated model drawn over both images, side by side: what a person looks at to believe a pose.
+#pragma once
+
+#include "tools/io/dataset.hpp"
+#include "tools/io/image_file.hpp"
+#include "tools/run/estimator.hpp"
+
+namespace vergence::tools {
+
+// Left and right image side by side. Marker: the balls' outlines in their hues. Photo-model: the outline of
+// its rectangle and its points. Both: the target's axes (x red, y green, z blue), the true outline in white
+// where the truth is known, and a line of text.
+[[nodiscard]] RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator,
+                                    const FrameResult& result, const RgbImage& left, const RgbImage& right);
+
+// S_in (dots in the colour of the photo's hue, black where there is none) and S_out (white) over the photo.
+[[nodiscard]] RgbImage draw_photo_model(const RgbImage& photo, const PhotoSource& source,
+                                        const PhotoModel& model);
+
+}  // namespace vergence::tools

@@ -1,0 +1,59 @@
+// Runs the tracker over the frames of a data set, as `vergence estimate` and the accuracy study do.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "algo/tracker.hpp"
+#include "tools/io/dataset.hpp"
+
+namespace vergence::tools {
+
+struct EstimateOptions {
+  Method method = Method::kVergence;
+  std::uint64_t seed = 1;
+  std::optional<int> generations;   // of every frame; otherwise what the tracker finds usual
+  std::optional<double> budget_ms;  // by the clock instead: not repeatable
+  bool cold = false;                // forget everything between frames
+  std::optional<GeneCoding> coding;
+  std::optional<int> mutation_per_1024;
+  std::optional<int> min_saturation_permille;
+  int photo_points = 1000;
+};
+
+struct PoseError {
+  Vector3 position_mm;
+  double e = 0;  // length of the vector part of the quaternion between the two
+};
+
+[[nodiscard]] PoseError pose_error(const Pose& estimate, const Pose& truth);
+
+struct FrameResult {
+  int frame = 0;
+  double t_s = 0;
+  Estimate estimate;
+  std::optional<PoseError> error;  // where there is truth
+  double compute_ms = 0;           // from the two images in memory to the pose
+};
+
+class Estimator {
+ public:
+  // Throws InputError where the data set's model or geometry cannot be used.
+  Estimator(const Dataset& dataset, const EstimateOptions& options);
+
+  [[nodiscard]] FrameResult run(const Frame& frame, const RgbImage& left, const RgbImage& right);
+  [[nodiscard]] const Tracker& tracker() const { return *tracker_; }
+  [[nodiscard]] const PhotoModel& photo_model() const { return *photo_; }
+  [[nodiscard]] const MarkerModel& marker_model() const { return *marker_; }
+  void forget() { tracker_->forget(); }
+
+ private:
+  const Dataset& dataset_;
+  EstimateOptions options_;
+  std::unique_ptr<Tracker> tracker_;
+  std::unique_ptr<PhotoModel> photo_;
+  std::unique_ptr<MarkerModel> marker_;
+};
+
+}  // namespace vergence::tools
