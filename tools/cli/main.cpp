@@ -1,0 +1,45 @@
+// `vergence`: the one place where errors become messages and exit statuses: 0 done, 1 failed, 2 usage or bad
+// input.
+#include <cstdio>
+#include <exception>
+
+#include "tools/cli/commands.hpp"
+#include "tools/io/input_error.hpp"
+
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kBadInput = 2;
+
+int fail(int status, const char* message) {
+  std::fprintf(stderr, "vergence: error: %s\n", message);
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"vergence: 6-DoF poses from a stereo pair, by a photo-model or a ball marker"};
+  app.name("vergence");
+  app.set_version_flag("--version", VERGENCE_VERSION);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.footer(
+      "`vergence COMMAND --help` tells more of each.\n"
+      "Exit status: 0 done, 1 failed, 2 usage or bad input.");
+  vergence::tools::add_estimate_command(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const CLI::ParseError& error) {
+    fail(kBadInput, error.what());
+    std::fprintf(stderr, "`vergence COMMAND --help` tells what is expected.\n");
+    return kBadInput;
+  } catch (const vergence::tools::InputError& error) {
+    return fail(kBadInput, error.what());
+  } catch (const std::exception& error) {
+    return fail(kFailed, error.what());
+  }
+}
