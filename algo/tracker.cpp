@@ -21,7 +21,7 @@ constexpr RefinePass kFinePass{0, 1000, 6};
 
 // The thesis: nine generations; ours: what a cold lock, and a frame of tracking, take.
 constexpr int kThesisGenerations = 9;
-constexpr int kSearchGenerations = 1200;
+constexpr int kSearchGenerations = 2400;
 constexpr int kTrackGenerations = 60;
 
 constexpr double kFound = 0.5;  // confidence
@@ -32,7 +32,7 @@ struct Certainty {
   double sure;
 };
 constexpr Certainty kMarkerFitness{0.55, 1.25};     // of 180/108
-constexpr Certainty kPhotoCorrelation{0.50, 0.80};  // of 1
+constexpr Certainty kPhotoCorrelation{0.55, 0.85};  // of 1
 constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
 
 double share_of(double value, const Certainty& certainty) {
@@ -258,8 +258,11 @@ void Tracker::evolve_search(double /*progress*/) {
 }
 
 void Tracker::keep_in_archive(const Individual& individual) {
-  // The archive is a ring: its worst is not the oldest, but every epoch deserves to be settled once.
-  archive_.individual[at(epochs_ % kPopulation)] = individual;
+  unsigned worst = 0;
+  for (unsigned i = 1; i < kPopulation; ++i) {
+    if (archive_.individual[i].score < archive_.individual[worst].score) worst = i;
+  }
+  if (individual.score > archive_.individual[worst].score) archive_.individual[worst] = individual;
 }
 
 void Tracker::merge_archive() {
