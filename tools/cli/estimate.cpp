@@ -14,6 +14,7 @@
 #include "tools/draw/overlay.hpp"
 #include "tools/io/dataset.hpp"
 #include "tools/io/input_error.hpp"
+#include "tools/io/writable.hpp"
 #include "tools/run/estimator.hpp"
 
 namespace vergence::tools {
@@ -54,8 +55,8 @@ class JsonLines {
       out_ = &std::cout;
       return;
     }
+    require_writable(target);
     file_.open(target);
-    if (!file_) throw InputError(target, "--json", "cannot be written", "a file in an existing folder, or -");
     out_ = &file_;
   }
 
@@ -84,19 +85,13 @@ std::vector<Frame> chosen_frames(const Dataset& dataset, const std::string& text
   return frames;
 }
 
-void write_overlay(const std::filesystem::path& folder, const Frame& frame, const RgbImage& picture) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw InputError(folder, "--overlay", "cannot be made: " + error.message());
-  write_png(folder / frame.left.filename(), picture);
-}
-
 void run(const Options& options) {
   const Dataset dataset = read_dataset(options.directory);
   const std::vector<Frame> frames = chosen_frames(dataset, options.frames);
   Estimator estimator(dataset, estimate_options(options));
 
   JsonLines json(options.json);
+  if (!options.overlay.empty()) make_directory(options.overlay);
   const bool human = options.json != "-";
   EstimateTable table(std::cout, !dataset.truth.empty());
   Progress progress("estimate", frames.size(), !options.no_progress);
@@ -108,7 +103,8 @@ void run(const Options& options) {
     if (human) table.print(result);
     json.print(to_json(result, options.estimate.seed));
     if (!options.overlay.empty()) {
-      write_overlay(options.overlay, frame, draw_overlay(dataset, estimator, result, left, right));
+      write_png(options.overlay / frame.left.filename(),
+                draw_overlay(dataset, estimator, result, left, right));
     }
     results.push_back(result);
     progress.step();
