@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 failed, 2 usage or bad input.");
   vergence::tools::add_estimate_command(app);
   vergence::tools::add_fitness_map_command(app);
+  vergence::tools::add_model_command(app);
   try {
     app.parse(argc, argv);
     return 0;
