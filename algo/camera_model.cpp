@@ -2,13 +2,6 @@
 
 namespace vergence {
 
-bool CameraModel::has_distortion() const {
-  for (const double k : distortion) {
-    if (k != 0.0) return true;
-  }
-  return false;
-}
-
 bool project(const CameraModel& camera, const Vector3& p_C_mm, Vector2& uv_px) {
   if (!(p_C_mm[2] >= kMinDepth_mm)) return false;
   const double x = p_C_mm[0] / p_C_mm[2];

@@ -18,7 +18,10 @@ struct CameraModel {
   std::array<double, 5> distortion{};  // k1 k2 p1 p2 k3 in OpenCV's convention; all zero = none
   Transform T_H_C;                     // pose of the camera in the hand frame
 
-  [[nodiscard]] bool has_distortion() const;
+  [[nodiscard]] bool has_distortion() const {
+    const auto& [k1, k2, p1, p2, k3] = distortion;
+    return (k1 != 0) | (k2 != 0) | (p1 != 0) | (p2 != 0) | (k3 != 0);
+  }
 };
 
 struct StereoRig {

@@ -18,11 +18,12 @@ inline constexpr std::uint8_t kHueDark = 253;
 inline constexpr std::uint8_t kHueBright = 254;
 inline constexpr std::uint8_t kHueOutside = 255;  // not a pixel of the image
 
-// Which pixels have a hue. V = max(r,g,b), v = min(r,g,b), S = (V - v) / V.
+// Which pixels have a hue. V = max(r,g,b), v = min(r,g,b), S = (V - v) / V. A pixel beyond several limits is
+// dark before it is bright, and bright before it is undefined.
 struct HueLimits {
   int dark_below = 10;              // V < dark_below: too dark
   int bright_from = 250;            // v >= bright_from: too bright (256: never)
-  int min_saturation_permille = 0;  // 1000 S < this: undefined (S = 0 always is)
+  int min_saturation_permille = 0;  // 0..1000; 1000 S < this: undefined (S = 0 always is)
 };
 
 // Settings of the thesis: only S = 0 is undefined.
@@ -47,15 +48,17 @@ inline constexpr HueLimits kThesisHueLimits{0, 256, 0};
   return d < kHueSteps - d ? d : kHueSteps - d;
 }
 
-// Hue code of an 8-bit RGB pixel: the exact hue rounded to the nearest step (error <= 180/252 deg).
+// Hue code of an 8-bit RGB pixel: the exact hue rounded to the nearest step (error <= 180/252 deg), and
+// halfway between two steps to the one after it on the circle. At V = r = g the sector is red's.
 [[nodiscard]] std::uint8_t hue_code_rgb(int r, int g, int b, const HueLimits& limits);
 
-// One byte a pixel, rows packed (stride = width). The byte after the last pixel is kHueOutside: samples that
-// fall beside the image are pointed there, so that no sample needs a branch.
+// One byte a pixel, rows packed (stride = width). The bytes after the last pixel are kHueOutside: samples
+// that fall beside the image are pointed there, so that no sample needs a branch.
+inline constexpr int kHuePadding = 64;
 struct HuePlane {
   int width_px = 0;
   int height_px = 0;
-  alignas(64) std::array<std::uint8_t, kMaxImagePixels + 64> code{};
+  alignas(64) std::array<std::uint8_t, kMaxImagePixels + kHuePadding> code{};
 
   [[nodiscard]] int outside_index() const { return width_px * height_px; }
 };

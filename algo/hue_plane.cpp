@@ -1,6 +1,10 @@
 // Rows of pixels to hue codes, once per instruction set (Highway).
+//
+// Rows have no scalar tail: the last vector overlaps the one before, so that the work depends on the width
+// alone. Only a row narrower than one vector goes pixel by pixel.
 #include "algo/hue_plane.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 #undef HWY_TARGET_INCLUDE
@@ -29,8 +33,12 @@ void rgb_row(const std::uint8_t* HWY_RESTRICT rgb, int width, const HueLimits& l
   const auto thousand = hn::Set(df, 1000.0F);
   const auto permille = hn::Set(df, static_cast<float>(limits.min_saturation_permille));
 
-  int x = 0;
-  for (; x + lanes <= width; x += lanes) {
+  if (width < lanes) {
+    for (int x = 0; x < width; ++x) out[x] = hue_code_rgb(rgb[3 * x], rgb[3 * x + 1], rgb[3 * x + 2], limits);
+    return;
+  }
+  for (int next = 0; next < width; next += lanes) {
+    const int x = HWY_MIN(next, width - lanes);
     hn::Vec<decltype(d8)> r8;
     hn::Vec<decltype(d8)> g8;
     hn::Vec<decltype(d8)> b8;
@@ -73,7 +81,6 @@ void rgb_row(const std::uint8_t* HWY_RESTRICT rgb, int width, const HueLimits& l
     code = hn::IfThenElse(hn::Lt(V, set(limits.dark_below)), set(kHueDark), code);
     hn::StoreU(hn::DemoteTo(d8, code), d8, out + x);
   }
-  for (; x < width; ++x) out[x] = hue_code_rgb(rgb[3 * x], rgb[3 * x + 1], rgb[3 * x + 2], limits);
 }
 
 // Codes of pairs of pixels that share U and V: `luma` holds Y0 | Y1 << 16 a lane, `index` 256 U + V.
@@ -106,21 +113,24 @@ void packed_row(const std::uint8_t* HWY_RESTRICT row, int width, const YuvHueTab
   const int lanes = static_cast<int>(hn::Lanes(du32));
   const int pairs = width / 2;
   const auto even_bytes = hn::Set(du32, 0x00FF00FFU);
-  int i = 0;
-  for (; i + lanes <= pairs; i += lanes) {
+  if (pairs < lanes) {
+    for (int i = 0; i < pairs; ++i) {
+      const std::uint8_t* p = row + 4 * i;
+      const int u = kLumaShift == 0 ? p[1] : p[0];
+      const int v = kLumaShift == 0 ? p[3] : p[2];
+      out[2 * i] = table.code(kLumaShift == 0 ? p[0] : p[1], u, v);
+      out[2 * i + 1] = table.code(kLumaShift == 0 ? p[2] : p[3], u, v);
+    }
+    return;
+  }
+  for (int next = 0; next < pairs; next += lanes) {
+    const int i = HWY_MIN(next, pairs - lanes);
     const auto word = hn::BitCast(du32, hn::LoadU(d8, row + 4 * i));
     const auto luma = hn::And(hn::ShiftRight<kLumaShift>(word), even_bytes);
     const auto chroma = hn::And(hn::ShiftRight<8 - kLumaShift>(word), even_bytes);  // U | V << 16
     const auto index =
         hn::Or(hn::ShiftLeft<8>(hn::And(chroma, hn::Set(du32, 0xFFU))), hn::ShiftRight<16>(chroma));
     store_pairs(du32, luma, index, table.entries(), out + 2 * i);
-  }
-  for (; i < pairs; ++i) {
-    const std::uint8_t* p = row + 4 * i;
-    const int u = kLumaShift == 0 ? p[1] : p[0];
-    const int v = kLumaShift == 0 ? p[3] : p[2];
-    out[2 * i] = table.code(kLumaShift == 0 ? p[0] : p[1], u, v);
-    out[2 * i + 1] = table.code(kLumaShift == 0 ? p[2] : p[3], u, v);
   }
 }
 
@@ -135,19 +145,22 @@ void nv12_row(const std::uint8_t* HWY_RESTRICT luma_row, const std::uint8_t* HWY
   const auto words = [&](const std::uint8_t* p) {
     return hn::PromoteTo(du32, hn::BitCast(du16, hn::LoadU(d8, p)));
   };
-  int i = 0;
-  for (; i + lanes <= pairs; i += lanes) {
+  if (pairs < lanes) {
+    for (int i = 0; i < pairs; ++i) {
+      const int u = chroma_row[2 * i];
+      const int v = chroma_row[2 * i + 1];
+      out[2 * i] = table.code(luma_row[2 * i], u, v);
+      out[2 * i + 1] = table.code(luma_row[2 * i + 1], u, v);
+    }
+    return;
+  }
+  for (int next = 0; next < pairs; next += lanes) {
+    const int i = HWY_MIN(next, pairs - lanes);
     const auto y = words(luma_row + 2 * i);
     const auto uv = words(chroma_row + 2 * i);
     const auto luma = hn::Or(hn::And(y, byte), hn::ShiftLeft<16>(hn::ShiftRight<8>(y)));
     const auto index = hn::Or(hn::ShiftLeft<8>(hn::And(uv, byte)), hn::ShiftRight<8>(uv));
     store_pairs(du32, luma, index, table.entries(), out + 2 * i);
-  }
-  for (; i < pairs; ++i) {
-    const int u = chroma_row[2 * i];
-    const int v = chroma_row[2 * i + 1];
-    out[2 * i] = table.code(luma_row[2 * i], u, v);
-    out[2 * i + 1] = table.code(luma_row[2 * i + 1], u, v);
   }
 }
 
@@ -229,23 +242,38 @@ std::uint8_t YuvHueTable::code(int y, int u, int v) const {
   return y > field(16) ? kHueUndefined : static_cast<std::uint8_t>(field(0));
 }
 
+namespace {
+
+bool is_usable(const ImageView& image) {
+  if (image.data == nullptr || image.width_px < 1 || image.height_px < 1 || image.width_px > kMaxImageWidth ||
+      image.height_px > kMaxImageHeight) {
+    return false;
+  }
+  const auto width = static_cast<std::size_t>(image.width_px);
+  const bool even = width % 2 == 0;
+  switch (image.format) {
+    case PixelFormat::kRgb24: return image.stride_bytes >= 3 * width;
+    case PixelFormat::kYuyv:
+    case PixelFormat::kUyvy: return even && image.stride_bytes >= 2 * width;
+    case PixelFormat::kNv12:
+      return even && image.stride_bytes >= width && image.chroma != nullptr &&
+             image.chroma_stride_bytes >= width;
+  }
+  return false;  // no format of ours
+}
+
+}  // namespace
+
 Status make_hue_plane(const ImageView& image, const HueLimits& limits, const YuvHueTable& table,
                       HuePlane& plane) {
-  const bool yuv = image.format != PixelFormat::kRgb24;
-  if (image.data == nullptr || (image.format == PixelFormat::kNv12 && image.chroma == nullptr)) {
-    return Status::kBadImage;
-  }
-  if (image.width_px < 1 || image.height_px < 1 || image.width_px > kMaxImageWidth ||
-      image.height_px > kMaxImageHeight || (yuv && image.width_px % 2 != 0)) {
-    return Status::kBadImage;
-  }
+  if (!is_usable(image)) return Status::kBadImage;
   plane.width_px = image.width_px;
   plane.height_px = image.height_px;
   for (int y = 0; y < image.height_px; ++y) {
     HWY_DYNAMIC_DISPATCH(hue_row)
     (image, y, limits, table, plane.code.data() + static_cast<std::ptrdiff_t>(y) * image.width_px);
   }
-  plane.code[static_cast<std::size_t>(plane.outside_index())] = kHueOutside;
+  std::fill_n(plane.code.begin() + plane.outside_index(), kHuePadding, kHueOutside);
   return Status::kOk;
 }
 

@@ -31,8 +31,9 @@ class YuvHueTable {
 };
 
 // Fills `plane` from an image of any format. `table` serves the YUV formats and must have been built with the
-// same limits. kBadImage, and the plane untouched, where the image is empty, beyond the static size, or (YUV)
-// of odd width, or (NV12) has no chroma plane.
+// same limits. kBadImage, and the plane untouched, where the image is empty, beyond the static size, of
+// unknown format, of rows that overlap (stride below a row's bytes), or (YUV) of odd width, or (NV12) has no
+// chroma plane.
 [[nodiscard]] Status make_hue_plane(const ImageView& image, const HueLimits& limits, const YuvHueTable& table,
                                     HuePlane& plane);
 

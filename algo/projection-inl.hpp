@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "algo/camera_model.hpp"
+#include "algo/limits.hpp"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -27,23 +28,26 @@ struct PixelGrid {
   [[nodiscard]] std::int32_t outside() const { return width_px * height_px; }
 };
 
-// Index of the pixel whose area holds (u, v); the grid's outside index where there is none or `visible` is
-// false.
+// Index of the pixel nearest to (u, v); the grid's outside index where there is none or `visible` is false.
+//
+// Adding and subtracting 1.5 * 2^23 rounds a float to a whole number (ties to even), and leaves it in the low
+// bits of its representation: an index without any conversion instruction, exact up to 2^22 pixels.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE hn::Vec<hn::RebindToSigned<D>> pixel_index(D d, V u, V v, hn::Mask<D> visible, PixelGrid grid) {
   const hn::RebindToSigned<D> di;
-  const V half = hn::Set(d, 0.5F);
-  const V zero = hn::Zero(d);
-  const V us = hn::Add(u, half);
-  const V vs = hn::Add(v, half);
-  auto inside =
-      hn::And(hn::And(hn::Ge(us, zero), hn::Lt(us, hn::Set(d, static_cast<float>(grid.width_px)))),
-              hn::And(hn::Ge(vs, zero), hn::Lt(vs, hn::Set(d, static_cast<float>(grid.height_px)))));
-  inside = hn::And(inside, visible);
-  const auto column = hn::ConvertTo(di, hn::IfThenElseZero(inside, us));
-  const auto row = hn::ConvertTo(di, hn::IfThenElseZero(inside, vs));
-  const auto index = hn::Add(hn::Mul(row, hn::Set(di, grid.width_px)), column);
-  return hn::IfThenElse(hn::RebindMask(di, inside), index, hn::Set(di, grid.outside()));
+  static_assert(kMaxImagePixels < (1 << 22));
+  constexpr float kMagic = 12582912.0F;
+  constexpr std::int32_t kMagicBits = 0x4B400000;
+  const V magic = hn::Set(d, kMagic);
+  const auto within = [&](V x, int size) {
+    return hn::And(hn::Ge(x, hn::Set(d, -0.5F)), hn::Lt(x, hn::Set(d, static_cast<float>(size) - 0.5F)));
+  };
+  const auto inside = hn::And(visible, hn::And(within(u, grid.width_px), within(v, grid.height_px)));
+  const V column = hn::Sub(hn::Add(u, magic), magic);
+  const V row = hn::Sub(hn::Add(v, magic), magic);
+  const V index = hn::Add(hn::Mul(row, hn::Set(d, static_cast<float>(grid.width_px))), column);
+  const V chosen = hn::IfThenElse(inside, index, hn::Set(d, static_cast<float>(grid.outside())));
+  return hn::Sub(hn::BitCast(di, hn::Add(chosen, magic)), hn::Set(di, kMagicBits));
 }
 
 // Lens distortion of normalized coordinates (x, y), OpenCV's five coefficients.
@@ -121,40 +125,39 @@ HWY_INLINE void point_indices(const CameraModel& camera, PixelGrid grid, const T
 
 // Pixel indices of a disc's samples: the centre is projected once, and a sample at (px, py) of the pattern
 // lies at radius R / Z times the pattern from it, in normalized coordinates.
+template <bool kDistorted>
 HWY_INLINE void disc_indices(const CameraModel& camera, PixelGrid grid, const Vector3& centre_C_mm,
                              double radius_mm, const float* HWY_RESTRICT pattern_x,
                              const float* HWY_RESTRICT pattern_y, int count,
                              std::int32_t* HWY_RESTRICT index) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
-  const bool visible = centre_C_mm[2] >= kMinDepth_mm;
-  const double inverse = visible ? 1.0 / centre_C_mm[2] : 0.0;
-  const bool distorted = camera.has_distortion();
+  const bool in_front = centre_C_mm[2] >= kMinDepth_mm;
+  const double inverse = in_front ? 1.0 / centre_C_mm[2] : 0.0;
   const double x0 = centre_C_mm[0] * inverse;
   const double y0 = centre_C_mm[1] * inverse;
   const double r = radius_mm * inverse;
   const auto set = [&](double value) { return hn::Set(d, static_cast<float>(value)); };
-  const auto all = visible ? hn::FirstN(d, hn::Lanes(d)) : hn::FirstN(d, 0);
+  const auto visible = hn::FirstN(d, in_front ? hn::Lanes(d) : 0);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  if (distorted) {
-    for (int i = 0; i < count; i += lanes) {
-      auto u = hn::Add(set(x0), hn::Mul(set(r), hn::Load(d, pattern_x + i)));
-      auto v = hn::Add(set(y0), hn::Mul(set(r), hn::Load(d, pattern_y + i)));
-      distort(d, camera, u, v);
-      u = hn::Add(hn::Mul(u, set(camera.fx_px)), set(camera.cx_px));
-      v = hn::Add(hn::Mul(v, set(camera.fy_px)), set(camera.cy_px));
-      hn::Store(pixel_index(d, u, v, all, grid), di, index + i);
-    }
-    return;
-  }
-  const auto u0 = set(camera.fx_px * x0 + camera.cx_px);
-  const auto v0 = set(camera.fy_px * y0 + camera.cy_px);
-  const auto ru = set(camera.fx_px * r);
-  const auto rv = set(camera.fy_px * r);
+  const auto fx = set(camera.fx_px);
+  const auto fy = set(camera.fy_px);
+  const auto cx = set(camera.cx_px);
+  const auto cy = set(camera.cy_px);
+  // Centre and radius in pixels, or where the lens bends the disc, in normalized coordinates.
+  const auto u0 = set(kDistorted ? x0 : camera.fx_px * x0 + camera.cx_px);
+  const auto v0 = set(kDistorted ? y0 : camera.fy_px * y0 + camera.cy_px);
+  const auto ru = set(kDistorted ? r : camera.fx_px * r);
+  const auto rv = set(kDistorted ? r : camera.fy_px * r);
   for (int i = 0; i < count; i += lanes) {
-    const auto u = hn::Add(u0, hn::Mul(ru, hn::Load(d, pattern_x + i)));
-    const auto v = hn::Add(v0, hn::Mul(rv, hn::Load(d, pattern_y + i)));
-    hn::Store(pixel_index(d, u, v, all, grid), di, index + i);
+    auto u = hn::Add(u0, hn::Mul(ru, hn::Load(d, pattern_x + i)));
+    auto v = hn::Add(v0, hn::Mul(rv, hn::Load(d, pattern_y + i)));
+    if constexpr (kDistorted) {
+      distort(d, camera, u, v);
+      u = hn::Add(hn::Mul(u, fx), cx);
+      v = hn::Add(hn::Mul(v, fy), cy);
+    }
+    hn::Store(pixel_index(d, u, v, visible, grid), di, index + i);
   }
 }
 

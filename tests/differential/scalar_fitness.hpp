@@ -14,13 +14,11 @@ namespace vergence::reference {
 
 // Hue code at image coordinates (u, v) in pixels, kHueOutside beside the image.
 inline std::uint8_t hue_at(const HuePlane& plane, float u, float v) {
-  const float us = u + 0.5F;
-  const float vs = v + 0.5F;
-  if (!(us >= 0 && us < static_cast<float>(plane.width_px) && vs >= 0 &&
-        vs < static_cast<float>(plane.height_px))) {
-    return kHueOutside;
-  }
-  return plane.code[static_cast<std::size_t>(static_cast<int>(vs) * plane.width_px + static_cast<int>(us))];
+  const auto within = [](float x, int size) { return x >= -0.5F && x < static_cast<float>(size) - 0.5F; };
+  if (!within(u, plane.width_px) || !within(v, plane.height_px)) return kHueOutside;
+  const int column = static_cast<int>(std::nearbyint(u));  // ties to even
+  const int row = static_cast<int>(std::nearbyint(v));
+  return plane.code[static_cast<std::size_t>(row * plane.width_px + column)];
 }
 
 inline void distort(const CameraModel& camera, float& x, float& y) {
