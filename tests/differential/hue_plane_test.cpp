@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -54,17 +55,58 @@ TEST_P(HuePlaneTest, RgbEqualsScalarForAllColours) {
   });
 }
 
+// All 2^24 values in blocks of 2 x 2 pixels, four Y of one U V each, so that all three formats can hold them.
+TEST_P(HuePlaneTest, YuvEqualsScalarForAllValuesInEveryFormat) {
+  const auto planes = std::make_unique<Planes>();
+  planes->table.build(GetParam());
+  constexpr int kSize = 1024;
+  constexpr int kBlocksInRow = kSize / 2;
+  constexpr int kBlocks = kBlocksInRow * kBlocksInRow;
+  constexpr std::size_t kPixels = std::size_t{kSize} * kSize;
+  std::vector<std::uint8_t> yuyv(2 * kPixels), uyvy(2 * kPixels), luma(kPixels), chroma(kPixels / 2);
+  std::vector<std::uint8_t> expected(kPixels);
+  for (int part = 0; part < 16; ++part) {
+    for (int block = 0; block < kBlocks; ++block) {
+      const int number = part * kBlocks + block;
+      const int u = number >> 14;
+      const int v = (number >> 6) & 0xFF;
+      for (int i = 0; i < 4; ++i) {
+        const int y = 4 * (number & 63) + i;
+        const int row = 2 * (block / kBlocksInRow) + i / 2;
+        const int column = 2 * (block % kBlocksInRow) + i % 2;
+        const auto at = static_cast<std::size_t>(row * kSize + column);
+        luma[at] = yuyv[2 * at] = uyvy[2 * at + 1] = static_cast<std::uint8_t>(y);
+        yuyv[2 * at + 1] = uyvy[2 * at] = static_cast<std::uint8_t>(i % 2 == 0 ? u : v);
+        chroma[static_cast<std::size_t>(2 * block + i % 2)] = static_cast<std::uint8_t>(i % 2 == 0 ? u : v);
+        expected[at] = planes->table.code(y, u, v);
+      }
+    }
+    for_every_target([&] {
+      for (const ImageView& image :
+           {ImageView{yuyv.data(), kSize, kSize, 2 * kSize, PixelFormat::kYuyv, nullptr, 0},
+            ImageView{uyvy.data(), kSize, kSize, 2 * kSize, PixelFormat::kUyvy, nullptr, 0},
+            ImageView{luma.data(), kSize, kSize, kSize, PixelFormat::kNv12, chroma.data(), kSize}}) {
+        ASSERT_EQ(make_hue_plane(image, GetParam(), planes->table, planes->plane), Status::kOk);
+        const auto differs = std::mismatch(expected.begin(), expected.end(), planes->plane.code.begin());
+        ASSERT_EQ(differs.first, expected.end()) << "format " << static_cast<int>(image.format) << ", part "
+                                                 << part << ", pixel " << differs.first - expected.begin();
+      }
+    });
+  }
+}
+
 TEST_P(HuePlaneTest, EveryFormatWidthAndStrideEqualsScalar) {
   const auto planes = std::make_unique<Planes>();
   planes->table.build(GetParam());
   for_every_target([&] {
-    for (const int width : {2, 6, 16, 30, 62, 64, 98, 126, 322}) {
-      const int height = 6;
+    for (const int width : {1, 2, 3, 6, 15, 16, 17, 30, 31, 33, 62, 63, 64, 65, 66, 98, 126, 127, 322, 323}) {
+      const int height = 5;
       const std::size_t stride = static_cast<std::size_t>(width) * 3 + 5;
       const auto bytes = random_bytes(stride * 16, static_cast<std::uint64_t>(width));
       const std::uint8_t* chroma = bytes.data() + stride * 8;
       for (const PixelFormat format :
            {PixelFormat::kRgb24, PixelFormat::kYuyv, PixelFormat::kUyvy, PixelFormat::kNv12}) {
+        if (width % 2 != 0 && format != PixelFormat::kRgb24) continue;
         const ImageView image{bytes.data(), width, height, stride, format, chroma, stride};
         ASSERT_EQ(make_hue_plane(image, GetParam(), planes->table, planes->plane), Status::kOk);
         for (int y = 0; y < height; ++y) {
@@ -85,6 +127,9 @@ TEST_P(HuePlaneTest, EveryFormatWidthAndStrideEqualsScalar) {
                 << static_cast<int>(format) << " at " << x << " " << y << " of width " << width;
           }
         }
+        for (int i = 0; i < kHuePadding; ++i) {
+          ASSERT_EQ(planes->plane.code[static_cast<std::size_t>(width * height + i)], kHueOutside) << i;
+        }
       }
     }
   });
@@ -93,15 +138,39 @@ TEST_P(HuePlaneTest, EveryFormatWidthAndStrideEqualsScalar) {
 TEST(HuePlane, RefusesWhatIsNotAnImage) {
   const auto planes = std::make_unique<Planes>();
   const std::vector<std::uint8_t> bytes(4096);
-  const auto status = [&](ImageView image) {
+  const ImageView rgb{bytes.data(), 5, 4, 15, PixelFormat::kRgb24, nullptr, 0};
+  const ImageView yuyv{bytes.data(), 6, 4, 12, PixelFormat::kYuyv, nullptr, 0};
+  const ImageView nv12{bytes.data(), 6, 5, 6, PixelFormat::kNv12, bytes.data() + 64, 6};
+  const auto status = [&](ImageView image, auto&& change) {
+    change(image);
     return make_hue_plane(image, {}, planes->table, planes->plane);
   };
-  EXPECT_EQ(status({}), Status::kBadImage);
-  EXPECT_EQ(status({bytes.data(), 0, 4, 12, PixelFormat::kRgb24, nullptr, 0}), Status::kBadImage);
-  EXPECT_EQ(status({bytes.data(), kMaxImageWidth + 1, 1, 12, PixelFormat::kRgb24, nullptr, 0}),
-            Status::kBadImage);
-  EXPECT_EQ(status({bytes.data(), 5, 4, 12, PixelFormat::kYuyv, nullptr, 0}), Status::kBadImage);
-  EXPECT_EQ(status({bytes.data(), 4, 4, 12, PixelFormat::kNv12, nullptr, 0}), Status::kBadImage);
+  planes->plane.width_px = 77;
+  planes->plane.code[0] = 7;
+  for (const ImageView& image : {rgb, yuyv, nv12}) {
+    SCOPED_TRACE(static_cast<int>(image.format));
+    EXPECT_EQ(status(image, [](ImageView& i) { i.data = nullptr; }), Status::kBadImage);
+    EXPECT_EQ(status(image, [](ImageView& i) { i.width_px = 0; }), Status::kBadImage);
+    EXPECT_EQ(status(image, [](ImageView& i) { i.height_px = -1; }), Status::kBadImage);
+    EXPECT_EQ(status(image, [](ImageView& i) { i.stride_bytes -= 1; }), Status::kBadImage);
+    EXPECT_EQ(status(image, [](ImageView& i) { i.height_px = kMaxImageHeight + 1; }), Status::kBadImage);
+    EXPECT_EQ(status(image,
+                     [](ImageView& i) {
+                       i.width_px = kMaxImageWidth + 2;
+                       i.stride_bytes = i.chroma_stride_bytes = 3 * kMaxImageWidth + 6;
+                     }),
+              Status::kBadImage);
+  }
+  EXPECT_EQ(status(yuyv, [](ImageView& i) { i.width_px = 5; }), Status::kBadImage);
+  EXPECT_EQ(status(nv12, [](ImageView& i) { i.width_px = 5; }), Status::kBadImage);
+  EXPECT_EQ(status(nv12, [](ImageView& i) { i.chroma = nullptr; }), Status::kBadImage);
+  EXPECT_EQ(status(nv12, [](ImageView& i) { i.chroma_stride_bytes = 5; }), Status::kBadImage);
+  EXPECT_EQ(status(rgb, [](ImageView& i) { i.format = static_cast<PixelFormat>(9); }), Status::kBadImage);
+  EXPECT_EQ(planes->plane.width_px, 77);
+  EXPECT_EQ(planes->plane.code[0], 7);
+  for (const ImageView& image : {rgb, yuyv, nv12}) {
+    EXPECT_EQ(status(image, [](ImageView&) {}), Status::kOk);
+  }
 }
 
 }  // namespace

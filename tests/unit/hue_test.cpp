@@ -69,6 +69,36 @@ TEST(HueOfRgb, SaturationGateIsExact) {
   }
 }
 
+TEST(HueOfRgb, HalfwayGoesToTheNextStep) {
+  const HueLimits limits = kThesisHueLimits;
+  EXPECT_EQ(hue_code_rgb(94, 11, 10, limits), 1);     // 0.5
+  EXPECT_EQ(hue_code_rgb(94, 10, 11, limits), 0);     // 251.5
+  EXPECT_EQ(hue_code_rgb(10, 94, 11, limits), 85);    // 84.5
+  EXPECT_EQ(hue_code_rgb(11, 94, 10, limits), 84);    // 83.5
+  EXPECT_EQ(hue_code_rgb(11, 10, 94, limits), 169);   // 168.5
+  EXPECT_EQ(hue_code_rgb(10, 11, 94, limits), 168);   // 167.5
+  EXPECT_EQ(hue_code_rgb(10, 14, 178, limits), 167);  // 167: not a tie
+}
+
+TEST(HueOfRgb, DarkComesBeforeBrightBeforeUndefined) {
+  EXPECT_EQ(hue_code_rgb(150, 150, 150, {200, 100, 500}), kHueDark);
+  EXPECT_EQ(hue_code_rgb(150, 150, 150, {150, 150, 500}), kHueBright);
+  EXPECT_EQ(hue_code_rgb(150, 150, 150, {150, 151, 500}), kHueUndefined);
+  EXPECT_EQ(hue_code_rgb(0, 0, 0, kThesisHueLimits), kHueUndefined);
+}
+
+TEST(HueCode, IsTheNearestOfItsDegrees) {
+  for (int code = 0; code < kHueSteps; ++code) {
+    const double degrees = hue_degrees(static_cast<std::uint8_t>(code));
+    EXPECT_DOUBLE_EQ(degrees, code / 0.7);
+    for (const double turns : {-720.0, -360.0, 0.0, 360.0, 36000.0}) {
+      EXPECT_EQ(hue_code_from_degrees(degrees + turns), code);
+      EXPECT_EQ(hue_code_from_degrees(degrees + turns + 0.999 * kHalfStep_deg), code);
+      EXPECT_EQ(hue_code_from_degrees(degrees + turns - 0.999 * kHalfStep_deg), code);
+    }
+  }
+}
+
 TEST(HueOfRgb, PrimariesLieOnWholeSteps) {
   const HueLimits limits;
   EXPECT_EQ(hue_code_rgb(200, 0, 0, limits), 0);
@@ -132,6 +162,51 @@ TEST(HueOfYuv, AgreesWithTheDefinitionForAllValues) {
     }
     EXPECT_LE(worst, kHalfStep_deg + 1e-6);
   }
+}
+
+// Rounding r, g and b moves the chroma by at most 1 and the hue by at most 60 deg / chroma on the way, so
+// that by at most 60 / (C - 1), C the chroma after rounding; both codes then round by half a step.
+TEST(HueOfYuv, AgreesWithRoundedRgbWhereThatDoesNotClip) {
+  static YuvHueTable table;
+  table.build(kThesisHueLimits);
+  long compared = 0;
+  double worst_share = 0;
+  for (int y = 0; y < 256; ++y) {
+    for (int u = 0; u < 256; ++u) {
+      for (int v = 0; v < 256; ++v) {
+        const auto [r, g, b] = unclipped_rgb(y, u, v);
+        if (std::min({r, g, b}) < 0 || std::max({r, g, b}) > 255) continue;
+        const int R = static_cast<int>(std::lround(r));
+        const int G = static_cast<int>(std::lround(g));
+        const int B = static_cast<int>(std::lround(b));
+        const int C = std::max({R, G, B}) - std::min({R, G, B});
+        if (C < 2) continue;
+        const double bound = 60.0 / (C - 1) + 2 * kHalfStep_deg;
+        const std::uint8_t of_rgb = hue_code_rgb(R, G, B, kThesisHueLimits);
+        const std::uint8_t of_yuv = table.code(y, u, v);
+        ASSERT_TRUE(is_hue(of_rgb) && is_hue(of_yuv)) << y << " " << u << " " << v;
+        const double apart = circular_deg(hue_degrees(of_rgb), hue_degrees(of_yuv));
+        ASSERT_LE(apart, bound) << y << " " << u << " " << v;
+        worst_share = std::max(worst_share, apart / bound);
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GT(compared, 2'500'000);  // about a sixth of YUV lies inside the cube of RGB
+  EXPECT_GT(worst_share, 0.5);     // the bound is not idle
+}
+
+TEST(HueDistance, ObeysTheTriangleInequality) {
+  const auto distance = [](int a, int b) {
+    return hue_distance(static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b));
+  };
+  int violations = 0;
+  for (int a = 0; a < kHueSteps; ++a) {
+    for (int b = 0; b < kHueSteps; ++b) {
+      for (int c = 0; c < kHueSteps; ++c) violations += distance(a, c) > distance(a, b) + distance(b, c);
+    }
+  }
+  EXPECT_EQ(violations, 0);
 }
 
 TEST(HueDistance, IsACircularMetric) {
