@@ -1,4 +1,5 @@
 // `vergence estimate`: the pose of the target in every frame of a data set.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -85,8 +86,23 @@ std::vector<Frame> chosen_frames(const Dataset& dataset, const std::string& text
   return frames;
 }
 
+// Not an error: a part of a data set may have been copied. But a misspelt number should not go unseen.
+void warn_of_truth_without_images(const Dataset& dataset) {
+  std::size_t missing = 0;
+  int first = 0;
+  for (const auto& [number, truth] : dataset.truth) {
+    const bool there = std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                                   [n = number](const Frame& frame) { return frame.number == n; });
+    if (!there && missing++ == 0) first = number;
+  }
+  if (missing == 0) return;
+  std::cerr << "vergence: warning: " << (dataset.directory / "truth.csv").string() << ": " << missing
+            << " frames have no images, the first is " << first << '\n';
+}
+
 void run(const Options& options) {
   const Dataset dataset = read_dataset(options.directory);
+  warn_of_truth_without_images(dataset);
   const std::vector<Frame> frames = chosen_frames(dataset, options.frames);
   Estimator estimator(dataset, estimate_options(options));
 

@@ -14,6 +14,11 @@
 namespace vergence::tools {
 namespace {
 
+// What no camera and no target exceeds; within it, nothing overflows later.
+constexpr Range kFocalLength_px{1, 1e6};
+constexpr Range kLength_mm{1e-3, 1e6};
+constexpr Range kWithin1e6{-1e6, 1e6};
+
 Transform rigid_transform(const TomlReader& table, std::string_view key) {
   const std::vector<double> m = table.numbers(key, 16);
   Transform T;
@@ -35,10 +40,10 @@ Transform rigid_transform(const TomlReader& table, std::string_view key) {
 
 CameraModel read_intrinsics(const TomlReader& table) {
   CameraModel camera;
-  camera.fx_px = table.number("fx", kPositive);
-  camera.fy_px = table.number("fy", kPositive);
-  camera.cx_px = table.number("cx");
-  camera.cy_px = table.number("cy");
+  camera.fx_px = table.number("fx", kFocalLength_px);
+  camera.fy_px = table.number("fy", kFocalLength_px);
+  camera.cx_px = table.number("cx", kWithin1e6);
+  camera.cy_px = table.number("cy", kWithin1e6);
   if (table.has("distortion")) {
     const auto k = table.numbers("distortion", 5);
     std::copy(k.begin(), k.end(), camera.distortion.begin());
@@ -184,19 +189,30 @@ Rectangle read_roi(const TomlReader& photo, const RgbImage& image) {
   return roi;
 }
 
+bool marks_anything(const GreyImage& mask, const Rectangle& roi) {
+  for (int y = roi.y; y < roi.y + roi.height; ++y) {
+    const auto row = mask.data.begin() + std::ptrdiff_t{y} * mask.width_px + roi.x;
+    if (std::any_of(row, row + roi.width, [](std::uint8_t value) { return value != 0; })) return true;
+  }
+  return false;
+}
+
 Target read_photo_target(const std::filesystem::path& directory, const TomlReader& root) {
   Target target;
   target.kind = TargetKind::kPhoto;
   const TomlReader photo = root.table("photo");
   target.photo = read_png_rgb(directory / photo.text("image"));
   target.roi = read_roi(photo, target.photo);
-  target.distance_mm = photo.number("distance_mm", kPositive);
+  target.distance_mm = photo.number("distance_mm", kLength_mm);
   target.camera = read_intrinsics(root.table("camera"));
   if (photo.has("mask")) {
     const std::filesystem::path file = directory / photo.text("mask");
     target.mask = read_png_grey(file);
     if (target.mask->width_px != target.photo.width_px || target.mask->height_px != target.photo.height_px) {
       throw InputError(file, "", "is not the size of the photo");
+    }
+    if (!marks_anything(*target.mask, target.roi)) {
+      throw InputError(file, "", "marks no pixel of the photo's roi", "non-zero is the target");
     }
   }
   if (photo.has("background_hue_deg")) {
@@ -222,7 +238,7 @@ Target read_marker_target(const TomlReader& root) {
     Ball ball;
     const auto centre = table.numbers("centre_mm", 3);
     ball.centre_mm = {centre[0], centre[1], centre[2]};
-    ball.radius_mm = table.number("radius_mm", kPositive);
+    ball.radius_mm = table.number("radius_mm", kLength_mm);
     ball.hue_deg = table.number("hue_deg", {-360, 360});
     ball.tolerance_deg = table.number_or("tolerance_deg", 20, {0.1, 179});
     target.balls.push_back(ball);

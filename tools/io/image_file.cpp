@@ -11,6 +11,8 @@
 namespace vergence::tools {
 namespace {
 
+constexpr png_uint_32 kMaxSide = 8192;  // far more than any camera here has
+
 void read_png(const std::filesystem::path& file, png_uint_32 format, int& width, int& height,
               std::vector<std::uint8_t>& data) {
   std::error_code ignored;
@@ -21,6 +23,12 @@ void read_png(const std::filesystem::path& file, png_uint_32 format, int& width,
   png.version = PNG_IMAGE_VERSION;
   if (png_image_begin_read_from_file(&png, file.c_str()) == 0) {
     throw InputError(file, "", std::string("not a readable PNG: ") + png.message);
+  }
+  if (png.width > kMaxSide || png.height > kMaxSide) {
+    const std::string size = std::to_string(png.width) + " x " + std::to_string(png.height);
+    png_image_free(&png);
+    throw InputError(file, "", "is " + size + " pixels large",
+                     "at most " + std::to_string(kMaxSide) + " a side");
   }
   png.format = format;
   data.resize(PNG_IMAGE_SIZE(png));
