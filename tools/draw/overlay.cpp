@@ -11,6 +11,8 @@ namespace vergence::tools {
 namespace {
 
 const cv::Scalar kWhite(255, 255, 255);
+const cv::Scalar kEstimate(255, 0, 255);
+constexpr int kPointsShown = 160;  // of S_in; its first ones are spread over the target
 
 cv::Mat wrap(RgbImage& image) {
   return {image.height_px, image.width_px, CV_8UC3, image.data.data()};
@@ -78,18 +80,13 @@ std::vector<Vector3> rectangle_corners(const Target& target) {
   return {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
 }
 
-void outline(EyePainter& painter, const Target& target, const cv::Scalar* colour, int thickness) {
+void outline(EyePainter& painter, const Target& target, const cv::Scalar& colour, int thickness) {
   if (target.kind == TargetKind::kMarker) {
-    for (const Ball& ball : target.balls) {
-      painter.ball(ball, colour != nullptr ? *colour : colour_of_hue(ball.hue_deg), thickness);
-    }
+    for (const Ball& ball : target.balls) painter.ball(ball, colour, thickness);
     return;
   }
   const auto corners = rectangle_corners(target);
-  for (std::size_t i = 0; i < 4; ++i) {
-    painter.line(corners[i], corners[(i + 1) % 4], colour != nullptr ? *colour : cv::Scalar(255, 0, 255),
-                 thickness);
-  }
+  for (std::size_t i = 0; i < 4; ++i) painter.line(corners[i], corners[(i + 1) % 4], colour, thickness);
 }
 
 double axis_length_mm(const Target& target) {
@@ -103,8 +100,11 @@ double axis_length_mm(const Target& target) {
 
 void label(cv::Mat image, const std::string& text) {
   const cv::Point at(8, image.rows - 10);
-  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, {0, 0, 0}, 3, cv::LINE_AA);
-  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, kWhite, 1, cv::LINE_AA);
+  int below = 0;
+  const int width = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, &below).width;
+  const double scale = 0.5 * std::min(1.0, (image.cols - 16.0) / width);
+  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, {0, 0, 0}, 3, cv::LINE_AA);
+  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, kWhite, 1, cv::LINE_AA);
 }
 
 }  // namespace
@@ -124,21 +124,25 @@ RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const 
     cv::Mat part = canvas(cv::Rect(x, 0, eyes[eye].width_px, eyes[eye].height_px));
     wrap(eyes[eye]).copyTo(part);
     x += eyes[eye].width_px;
-    if (const auto truth = dataset.truth.find(result.frame); truth != dataset.truth.end()) {
-      EyePainter painter(part, cameras[eye], to_transform(truth->second.T_H_M));
-      outline(painter, dataset.target, &kWhite, 1);
-    }
     EyePainter painter(part, cameras[eye], to_transform(estimate.pose));
     if (dataset.target.kind == TargetKind::kPhoto) {
       const PhotoModel& model = estimator.photo_model();
-      for (unsigned i = 0; i < static_cast<unsigned>(model.inner); i += 4) {
+      for (int i = 0; i < std::min(model.inner, kPointsShown); ++i) {
+        const auto k = static_cast<unsigned>(i);
         const cv::Scalar colour =
-            is_hue(model.hue[i]) ? colour_of_hue(hue_degrees(model.hue[i])) : cv::Scalar(128, 128, 128);
-        painter.dot({model.x_mm[i], model.y_mm[i], model.z_mm[i]}, colour);
+            is_hue(model.hue[k]) ? colour_of_hue(hue_degrees(model.hue[k])) : cv::Scalar(128, 128, 128);
+        painter.dot({model.x_mm[k], model.y_mm[k], model.z_mm[k]}, colour);
       }
+    } else {
+      for (const Ball& ball : dataset.target.balls) painter.dot(ball.centre_mm, kWhite);
     }
-    outline(painter, dataset.target, nullptr, 2);
     painter.axes(axis_length_mm(dataset.target));
+    outline(painter, dataset.target, kEstimate, 2);
+    // On top and thin, so that both are seen where they agree.
+    if (const auto truth = dataset.truth.find(result.frame); truth != dataset.truth.end()) {
+      EyePainter true_painter(part, cameras[eye], to_transform(truth->second.T_H_M));
+      outline(true_painter, dataset.target, kWhite, 1);
+    }
   }
   char text[200];
   std::snprintf(text, sizeof text, "frame %d  %s  confidence %.2f  x %.1f y %.1f z %.1f mm  e %.3f %.3f %.3f",

@@ -7,9 +7,9 @@
 
 namespace vergence::tools {
 
-// Left and right image side by side. Marker: the balls' outlines in their hues. Photo-model: the outline of
-// its rectangle and its points. Both: the target's axes (x red, y green, z blue), the true outline in white
-// where the truth is known, and a line of text.
+// Left and right image side by side; over each, in magenta, the outline of the balls or of the photo's
+// rectangle, the balls' centres or some points of S_in in their hues, the target's axes (x red, y green, z
+// blue), and a line of text. The true outline, where it is known, is thin and white.
 [[nodiscard]] RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator,
                                     const FrameResult& result, const RgbImage& left, const RgbImage& right);
 
