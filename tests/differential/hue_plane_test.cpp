@@ -6,12 +6,20 @@
 
 #include <algorithm>
 #include <memory>
+#include <ostream>
 #include <vector>
 
 #include "algo/rm_ga.hpp"
 #include "tests/differential/every_target.hpp"
 
 namespace vergence {
+
+// Names the cases.
+static void PrintTo(const HueLimits& limits, std::ostream* out) {
+  *out << "dark_below_" << limits.dark_below << "_bright_from_" << limits.bright_from << "_permille_"
+       << limits.min_saturation_permille;
+}
+
 namespace {
 
 struct Planes {
