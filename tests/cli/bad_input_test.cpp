@@ -169,6 +169,9 @@ TEST(BadUsage, EndsWithStatusTwoAndNamesTheOption) {
   expect_refusal("estimate " + dataset + " --frames 5:9", "5:9", "0 to 2");
   expect_refusal("estimate " + dataset + " --generations -1", "--generations");
   expect_refusal("estimate " + dataset + " --budget-ms 0", "--budget-ms");
+  expect_refusal("estimate " + dataset + " --budget-ms nan", "--budget-ms");
+  expect_refusal("estimate " + dataset + " --seed -1", "--seed");
+  expect_refusal("estimate " + dataset + " --set-mutation 1.5", "--set-mutation", "[0, 1]");
   expect_refusal("estimate " + dataset + " --method magic", "--method", "thesis");
   expect_refusal("estimate " + dataset + " --json " + dataset + "/no/such/folder.json", "folder.json");
   expect_refusal("estimate " + dataset + " --overlay " + dataset + "/rig.toml", "rig.toml");

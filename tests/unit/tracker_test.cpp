@@ -1,0 +1,158 @@
+// The tracker as a whole: found from nowhere, followed, lost, found again; and the same bits every time.
+#include "algo/tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/support/small_world.hpp"
+
+namespace vergence {
+namespace {
+
+using testing::Bench;
+using testing::World;
+
+double distance_mm(const Estimate& estimate, const Transform& T) {
+  return (estimate.pose.position_mm - T.t_mm).norm();
+}
+double turn(const Estimate& estimate, const Transform& T) {
+  return multiply_quaternion_vectors(-quaternion_vector_from_rotation(T.R), estimate.pose.e).norm();
+}
+
+Transform some_pose(std::uint64_t seed) {
+  CounterRandom random(seed, 99);
+  const auto within = [&](double half) {
+    return half * (2 * static_cast<double>(random.next() >> 11) / 9007199254740992.0 - 1);
+  };
+  const double x = within(50);
+  const double y = within(35);
+  const double z = within(60);
+  return to_transform({{x, y, 480 + z}, {within(0.2), within(0.2), within(0.2)}});
+}
+
+class TrackerTest : public ::testing::TestWithParam<TargetKind> {};
+INSTANTIATE_TEST_SUITE_P(Targets, TrackerTest, ::testing::Values(TargetKind::kMarker, TargetKind::kPhoto));
+
+TEST_P(TrackerTest, FindsTheTargetInItsFirstFrame) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Bench bench(World(GetParam()), seed);
+    ASSERT_EQ(bench.status(), Status::kOk);
+    const Transform truth = some_pose(seed);
+    const Estimate estimate = bench.step(truth, 2400);
+    EXPECT_EQ(estimate.state, TrackState::kTracking) << seed;
+    EXPECT_LT(distance_mm(estimate, truth), 8) << seed;
+    // Votes have a flat top, wider in e than in mm, at this small image size; the photo is refined below it.
+    EXPECT_LT(turn(estimate, truth), GetParam() == TargetKind::kMarker ? 0.12 : 0.02) << seed;
+  }
+}
+
+TEST_P(TrackerTest, FollowsAMovingTarget) {
+  Bench bench{World(GetParam())};
+  (void)bench.step(some_pose(3), 2400);
+  for (int frame = 1; frame <= 45; ++frame) {
+    Transform truth = some_pose(3);
+    truth.t_mm[0] += 4.0 * (frame < 23 ? frame : 45 - frame);  // 120 mm/s, and back at once
+    const Estimate estimate = bench.step(truth, 60);
+    EXPECT_EQ(estimate.state, TrackState::kTracking) << frame;
+    EXPECT_LT(distance_mm(estimate, truth), 8) << frame;
+  }
+}
+
+TEST_P(TrackerTest, SaysLostWhereThereIsNoTarget) {
+  World world(GetParam());
+  world.present = false;
+  Bench bench(world);
+  for (int frame = 0; frame < 5; ++frame)
+    EXPECT_EQ(bench.step(some_pose(1), 1200).state, TrackState::kLost) << frame;
+}
+
+TEST_P(TrackerTest, IsSearchingUntilItHasLookedEverywhere) {
+  World world(GetParam());
+  world.present = false;
+  Bench bench(world);
+  EXPECT_EQ(bench.step(some_pose(1), 20).state, TrackState::kSearching);
+}
+
+TEST_P(TrackerTest, FindsTheTargetAgainAfterItVanishedAndJumped) {
+  Bench bench{World(GetParam())};
+  EXPECT_EQ(bench.step(some_pose(1), 2400).state, TrackState::kTracking);
+  bench.world().present = false;
+  EXPECT_EQ(bench.step(some_pose(1), 60).state, TrackState::kLost);
+  EXPECT_EQ(bench.step(some_pose(1), 2400).state, TrackState::kLost);
+  bench.world().present = true;
+  const Estimate estimate = bench.step(some_pose(8), 2400);
+  EXPECT_EQ(estimate.state, TrackState::kTracking);
+  EXPECT_LT(distance_mm(estimate, some_pose(8)), 8);
+}
+
+TEST_P(TrackerTest, KeepsTheTargetThroughAChangeOfLight) {
+  Bench bench{World(GetParam())};
+  (void)bench.step(some_pose(2), 2400);
+  for (const double light : {0.9, 0.6, 0.4, 0.7, 1.0, 1.15}) {
+    bench.world().light = light;
+    const Estimate estimate = bench.step(some_pose(2), 60);
+    EXPECT_EQ(estimate.state, TrackState::kTracking) << light;
+    EXPECT_LT(distance_mm(estimate, some_pose(2)), 8) << light;
+  }
+}
+
+TEST_P(TrackerTest, GivesTheSameBitsForTheSameFramesAndSeed) {
+  const auto run = [&](std::uint64_t seed) {
+    Bench bench(World(GetParam()), seed);
+    std::vector<double> bits;
+    for (int frame = 0; frame < 4; ++frame) {
+      const Estimate e = bench.step(some_pose(4), 150);
+      for (int i = 0; i < 3; ++i) {
+        bits.push_back(e.pose.position_mm[i]);
+        bits.push_back(e.pose.e[i]);
+      }
+      bits.push_back(e.confidence);
+    }
+    return bits;
+  };
+  const auto first = run(5);
+  const auto again = run(5);
+  EXPECT_EQ(std::memcmp(first.data(), again.data(), first.size() * sizeof(double)), 0);
+  EXPECT_NE(first, run(6));
+}
+
+TEST_P(TrackerTest, EvaluatesTwentyAndThenOnlyTheNewOnes) {
+  Bench bench(World(GetParam()), 1, Method::kThesis);
+  const Estimate estimate = bench.step(some_pose(1), 9);
+  EXPECT_EQ(estimate.generations, 9);
+  EXPECT_EQ(estimate.evaluations, 20 + 9 * 8);
+}
+
+TEST(Tracker, ThesisSettingsAreThoseOfTheThesis) {
+  const TrackerSettings settings = default_settings(Method::kThesis, TargetKind::kMarker);
+  EXPECT_EQ(settings.ga.coding, GeneCoding::kBinary);
+  EXPECT_EQ(settings.hue_limits.min_saturation_permille, 0);
+  Bench bench(World(TargetKind::kMarker), 1, Method::kThesis);
+  EXPECT_EQ(bench.tracker().usual_generations(), 9);
+}
+
+TEST(Tracker, RefusesImagesThatAreNotTheRigs) {
+  Bench bench{World(TargetKind::kMarker)};
+  testing::Picture small{160, 120, std::vector<std::uint8_t>(160 * 120 * 3)};
+  FrameMotion motion;
+  EXPECT_EQ(bench.tracker().begin_frame(0, small.view(), small.view(), motion), Status::kBadImage);
+}
+
+TEST(Tracker, RefusesAnEmptyBoxAndABadCamera) {
+  const World world(TargetKind::kMarker);
+  const auto model = std::make_unique<MarkerModel>();
+  world.make_model(*model);
+  const auto tracker = std::make_unique<Tracker>();
+  TrackerSettings settings;
+  settings.box.half_range[0] = 0;
+  EXPECT_EQ(tracker->configure(world.rig, *model, settings), Status::kBadSearchBox);
+  settings = {};
+  StereoRig rig = world.rig;
+  rig.left.fx_px = 0;
+  EXPECT_EQ(tracker->configure(rig, *model, settings), Status::kBadCamera);
+  EXPECT_EQ(tracker->configure(world.rig, MarkerModel{}, settings), Status::kBadModel);
+}
+
+}  // namespace
+}  // namespace vergence
