@@ -1,6 +1,8 @@
 // `vergence estimate` and `fitness-map` on good data sets: they find the target, say so in the promised form,
 // and say the same when asked again.
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -148,6 +150,19 @@ TEST(FitnessMap, PeaksAtTheTruth) {
   EXPECT_EQ(count, 26 * 101);
   EXPECT_NEAR(best[0], small_pose(1).position_mm[0], 3);
   EXPECT_NEAR(best[1], small_pose(1).position_mm[1], 3);
+}
+
+TEST(FitnessMap, DrawsAPicture) {
+  if (std::system("command -v gnuplot >/dev/null") != 0) GTEST_SKIP() << "gnuplot is not installed";
+  const TempDirectory directory;
+  write_small_marker_dataset(directory.path());
+  const CommandResult result =
+      run_vergence("fitness-map " + directory.path().string() +
+                   " --frame 0 --axes x,e2 --step 20,0.02 --png " + (directory / "map.png").string());
+  EXPECT_EQ(result.status, 0) << result.output;
+  const tools::RgbImage picture = tools::read_png_rgb(directory / "map.png");
+  const std::set<std::uint8_t> levels(picture.data.begin(), picture.data.end());
+  EXPECT_GT(levels.size(), 100U) << "the picture shows nothing";
 }
 
 TEST(FitnessMap, NeedsGnuplotForPicturesAndSaysSo) {

@@ -140,6 +140,7 @@ void add_estimate_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "Frame numbers A:B, up to but without B; also A:, :B, A")
       ->type_name("A:B");
   command->add_option("--seed", estimate.seed, "Of the random numbers: equal seeds give equal poses")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command
       ->add_option("--generations", estimate.generations,
@@ -150,7 +151,7 @@ void add_estimate_command(CLI::App& app) {
       ->add_option("--budget-ms", estimate.budget_ms,
                    "Budget of a frame by the clock (not repeatable); with --generations only a guard")
       ->type_name("X")
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(within(0.001, 1e6));
   command->add_flag("--cold", estimate.cold, "Forget everything between frames: each is searched anew");
   command
       ->add_option("--json", options->json, "One JSON object a line to FILE; - is stdout, without the table")
@@ -168,9 +169,9 @@ void add_estimate_command(CLI::App& app) {
       ->capture_default_str();
   tuning("--set-coding", options->coding, "Of the genes: gray or binary")
       ->check(CLI::IsMember({"gray", "binary"}));
-  tuning("--set-mutation", options->mutation, "Probability of a bit to flip")->check(CLI::Range(0.0, 1.0));
+  tuning("--set-mutation", options->mutation, "Probability of a bit to flip")->check(within(0.0, 1.0));
   tuning("--set-min-saturation", options->min_saturation, "Pixels below it have no hue")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(within(0.0, 1.0));
   command->footer(
       "Examples:\n"
       "  vergence estimate lab/crab\n"

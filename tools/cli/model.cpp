@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tools/cli/commands.hpp"
+#include "tools/cli/options.hpp"
 #include "tools/cli/parse_numbers.hpp"
 #include "tools/draw/overlay.hpp"
 #include "tools/io/dataset.hpp"
@@ -171,15 +172,15 @@ void add_model_command(CLI::App& app) {
       ->required();
   command->add_option("--distance-mm", options->distance_mm, "Camera to the plane of the target")
       ->type_name("D")
-      ->check(CLI::Range(1.0, 1e6))
+      ->check(within(1.0, 1e6))
       ->capture_default_str();
   const auto intrinsic = [&](const char* name, std::optional<double>& value, const char* text) {
     return command->add_option(name, value, text)->type_name("PX")->group("Camera that took the photo");
   };
-  intrinsic("--fx", options->fx, "Default: 800 for 640 pixels' width")->check(CLI::Range(1.0, 1e6));
-  intrinsic("--fy", options->fy, "Default: as fx")->check(CLI::Range(1.0, 1e6));
-  intrinsic("--cx", options->cx, "Default: the middle");
-  intrinsic("--cy", options->cy, "Default: the middle");
+  intrinsic("--fx", options->fx, "Default: 800 for 640 pixels' width")->check(within(1.0, 1e6));
+  intrinsic("--fy", options->fy, "Default: as fx")->check(within(1.0, 1e6));
+  intrinsic("--cx", options->cx, "Default: the middle")->check(within(-1e6, 1e6));
+  intrinsic("--cy", options->cy, "Default: the middle")->check(within(-1e6, 1e6));
   command->add_option("--roi", options->roi, "Rectangle around the target, where finding it fails")
       ->type_name("X,Y,W,H");
   command->add_option("--mask", options->mask, "PNG, non-zero on the target, instead of finding it")

@@ -123,9 +123,9 @@ int frame_of(const std::filesystem::path& file, const CsvRow& row, std::set<int>
   const double value = row.values[0];
   const std::string where = "line " + std::to_string(row.line) + ": frame";
   if (value != std::floor(value) || value < 0 || value > 999999)
-    throw InputError(file, where, "is not a frame number");
+    throw InputError(file, where, "is not a frame number", "0 to 999999, whole");
   const int frame = static_cast<int>(value);
-  if (!seen.insert(frame).second) throw InputError(file, where, "appears twice");
+  if (!seen.insert(frame).second) throw InputError(file, where, "appears twice", "one row a frame");
   return frame;
 }
 
@@ -167,7 +167,8 @@ std::map<int, HandMotion> read_motion(const std::filesystem::path& file, const s
   }
   for (const Frame& frame : frames) {
     if (motion.count(frame.number) == 0) {
-      throw InputError(file, "frame", "no row for frame " + std::to_string(frame.number));
+      throw InputError(file, "frame", "no row for frame " + std::to_string(frame.number),
+                       "one row for every frame that has images");
     }
   }
   return motion;
@@ -176,7 +177,8 @@ std::map<int, HandMotion> read_motion(const std::filesystem::path& file, const s
 Rectangle read_roi(const TomlReader& photo, const RgbImage& image) {
   const auto r = photo.numbers("roi", 4);
   for (const double value : r) {
-    if (value != std::floor(value) || std::abs(value) > 1e6) photo.fail("roi", "must hold whole pixels");
+    if (value != std::floor(value) || std::abs(value) > 1e6)
+      photo.fail("roi", "must hold whole pixels", "[x, y, width, height]");
   }
   const Rectangle roi{static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[2]),
                       static_cast<int>(r[3])};
@@ -209,7 +211,8 @@ Target read_photo_target(const std::filesystem::path& directory, const TomlReade
     const std::filesystem::path file = directory / photo.text("mask");
     target.mask = read_png_grey(file);
     if (target.mask->width_px != target.photo.width_px || target.mask->height_px != target.photo.height_px) {
-      throw InputError(file, "", "is not the size of the photo");
+      throw InputError(file, "", "is not the size of the photo",
+                       "one pixel of the mask for each of the photo");
     }
     if (!marks_anything(*target.mask, target.roi)) {
       throw InputError(file, "", "marks no pixel of the photo's roi", "non-zero is the target");
@@ -306,7 +309,8 @@ SearchBox read_search_box(const std::filesystem::path& file) {
   for (const double value : half_range) {
     if (!(value > 0)) root.fail("half_range", "the search box is empty", "every half range must be above 0");
   }
-  if (check(box) != Status::kOk) root.fail("centre", "e1, e2, e3 are no part of a unit quaternion");
+  if (check(box) != Status::kOk)
+    root.fail("centre", "e1, e2, e3 are no part of a unit quaternion", "their length must be below 1");
   return box;
 }
 

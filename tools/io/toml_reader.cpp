@@ -31,7 +31,8 @@ TomlReader::TomlReader(std::filesystem::path file, std::string prefix,
 
 TomlReader TomlReader::from_file(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file, "", "no such file");
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw InputError(file, "", "no such file", "expected a TOML file there");
   std::ifstream in(file, std::ios::binary);
   std::stringstream text;
   text << in.rdbuf();
