@@ -70,6 +70,7 @@ TEST(Model, TakesTheRectangleOrTheMaskGiven) {
   const WithoutModel data;
   ASSERT_EQ(run_vergence(data.arguments("--roi 100,70,120,100")).status, 0);
   EXPECT_EQ(tools::read_target(data.directory / "model").roi.x, 100);
+  EXPECT_FALSE(tools::read_target(data.directory / "model").mask);
   tools::RgbImage mask(320, 240);
   for (int y = 90; y < 130; ++y) {
     for (int x = 120; x < 180; ++x) mask.at(x, y)[0] = mask.at(x, y)[1] = mask.at(x, y)[2] = 255;

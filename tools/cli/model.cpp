@@ -69,35 +69,40 @@ Rectangle parse_roi(const Options& options, const RgbImage& photo) {
   return {static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]), static_cast<int>(n[3])};
 }
 
-// Mask and rectangle: as given, else as found.
+FoundTarget find(const Options& options, const RgbImage& photo, const RgbImage& background) {
+  FoundTarget found = find_target(photo, background);
+  if (found.pixels == 0) {
+    throw InputError(options.photo, "",
+                     "nothing stands out from the background " + options.background.string(),
+                     "photograph the target in front of that background, without moving the camera; or give "
+                     "--roi x,y,w,h");
+  }
+  if (found.touches_border) {
+    throw InputError(
+        options.photo, "", "what stands out from the background reaches the edge of the photo",
+        "leave room around the target, keep light and camera as they were; or give --roi x,y,w,h");
+  }
+  std::printf("found      %d pixels in %d piece%s\n", found.pixels, found.parts, found.parts == 1 ? "" : "s");
+  return found;
+}
+
+// Rectangle and mask as given, else as found.
 void locate(const Options& options, const RgbImage& background, Target& target) {
   if (!options.mask.empty()) {
     target.mask = read_png_grey(options.mask);
     require_same_size(options.mask, target.mask->width_px, target.mask->height_px, target.photo);
     target.roi = bounding_rectangle(*target.mask);
-    if (target.roi.width == 0)
+    if (target.roi.width == 0) {
       throw InputError(options.mask, "", "the mask is empty", "make the target non-zero");
-    std::printf("mask       given\n");
-  } else {
-    FoundTarget found = find_target(target.photo, background);
-    const bool by_hand = !options.roi.empty();
-    if (found.pixels == 0 && !by_hand) {
-      throw InputError(
-          options.photo, "", "nothing stands out from the background " + options.background.string(),
-          "photograph the target in front of that background, without moving the camera; or give "
-          "--roi x,y,w,h");
     }
-    if (found.touches_border && !by_hand) {
-      throw InputError(
-          options.photo, "", "what stands out from the background reaches the edge of the photo",
-          "leave room around the target, keep light and camera as they were; or give --roi x,y,w,h");
-    }
-    std::printf("found      %d pixels in %d piece%s\n", found.pixels, found.parts,
-                found.parts == 1 ? "" : "s");
-    target.roi = found.roi;
-    if (found.pixels > 0) target.mask = std::move(found.mask);
   }
-  if (!options.roi.empty()) target.roi = parse_roi(options, target.photo);
+  if (!options.roi.empty()) {
+    target.roi = parse_roi(options, target.photo);
+  } else if (options.mask.empty()) {
+    FoundTarget found = find(options, target.photo, background);
+    target.roi = found.roi;
+    target.mask = std::move(found.mask);
+  }
 }
 
 double share(int part, int whole) {
@@ -181,10 +186,10 @@ void add_model_command(CLI::App& app) {
   intrinsic("--fy", options->fy, "Default: as fx")->check(within(1.0, 1e6));
   intrinsic("--cx", options->cx, "Default: the middle")->check(within(-1e6, 1e6));
   intrinsic("--cy", options->cy, "Default: the middle")->check(within(-1e6, 1e6));
-  command->add_option("--roi", options->roi, "Rectangle around the target, where finding it fails")
+  command
+      ->add_option("--roi", options->roi, "All of this rectangle is the target (or what --mask marks in it)")
       ->type_name("X,Y,W,H");
-  command->add_option("--mask", options->mask, "PNG, non-zero on the target, instead of finding it")
-      ->type_name("FILE");
+  command->add_option("--mask", options->mask, "PNG, non-zero on the target")->type_name("FILE");
   command->footer(
       "Writes model.toml, photo.png, background.png, mask.png, and preview.png: the points S_in (in their "
       "hues) and\n"
