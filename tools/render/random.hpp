@@ -1,0 +1,42 @@
+// Random numbers by counter, not by sequence: the value belongs to (seed, index), so it is the same whatever
+// thread asks and in whatever order. And smooth noise made of them.
+#pragma once
+
+#include <cstdint>
+
+#include "algo/pose.hpp"
+
+namespace vergence::render {
+
+// 64 well-mixed bits of a counter (the finalizer of SplitMix64).
+[[nodiscard]] constexpr std::uint64_t hash(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31);
+}
+[[nodiscard]] constexpr std::uint64_t hash(std::uint64_t seed, std::uint64_t index) {
+  return hash(hash(seed) ^ index);
+}
+
+// In [0, 1).
+[[nodiscard]] constexpr double uniform(std::uint64_t seed, std::uint64_t index) {
+  return static_cast<double>(hash(seed, index) >> 11) * 0x1.0p-53;
+}
+
+// Near-normal, zero mean, variance one (the sum of four uniforms; never beyond 3.5).
+[[nodiscard]] inline float normal(std::uint64_t bits) {
+  const auto part = [&](int shift) { return static_cast<float>((bits >> shift) & 0xffff); };
+  return (part(0) + part(16) + part(32) + part(48) - 131070.0F) * (1.7320508F / 65536.0F);
+}
+
+// Smooth noise in [-1, 1] with features of size one; `period` > 0 repeats it over that many cells of x and y.
+[[nodiscard]] double value_noise(const Vector3& p, std::uint64_t seed, int period = 0);
+
+// `octaves` of it, each of half the size and half the strength; in [-1, 1].
+[[nodiscard]] double fractal_noise(const Vector3& p, std::uint64_t seed, int octaves, int period = 0);
+
+// Distance to the nearest of points scattered one to a cell of size one.
+[[nodiscard]] double nearest_point_distance(const Vector3& p, std::uint64_t seed);
+
+}  // namespace vergence::render
