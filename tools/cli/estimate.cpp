@@ -149,7 +149,8 @@ void add_estimate_command(CLI::App& app) {
       ->check(CLI::Range(0, 1'000'000));
   command
       ->add_option("--budget-ms", estimate.budget_ms,
-                   "Budget of a frame by the clock (not repeatable); with --generations only a guard")
+                   "Budget of a frame by the clock, refinement included (not repeatable); with --generations "
+                   "only a guard")
       ->type_name("X")
       ->check(within(0.001, 1e6));
   command->add_flag("--cold", estimate.cold, "Forget everything between frames: each is searched anew");

@@ -1,6 +1,7 @@
 // Runs the tracker over the frames of a data set, as `vergence estimate` and the accuracy study do.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -14,7 +15,7 @@ struct EstimateOptions {
   Method method = Method::kVergence;
   std::uint64_t seed = 1;
   std::optional<int> generations;   // of every frame; otherwise what the tracker finds usual
-  std::optional<double> budget_ms;  // by the clock instead: not repeatable
+  std::optional<double> budget_ms;  // by the clock instead, refinement included: not repeatable
   bool cold = false;                // forget everything between frames
   std::optional<GeneCoding> coding;
   std::optional<int> mutation_per_1024;
@@ -49,11 +50,14 @@ class Estimator {
   void forget() { tracker_->forget(); }
 
  private:
+  void rehearse();
+
   const Dataset& dataset_;
   EstimateOptions options_;
   std::unique_ptr<Tracker> tracker_;
   std::unique_ptr<PhotoModel> photo_;
   std::unique_ptr<MarkerModel> marker_;
+  std::array<double, 2> finish_ms_{};  // of end_frame(), smoothed: searching, tracking
 };
 
 }  // namespace vergence::tools
