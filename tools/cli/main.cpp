@@ -24,14 +24,16 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", VERGENCE_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
-  app.footer(
-      "`vergence COMMAND --help` tells more of each.\n"
-      "Exit status: 0 done, 1 failed, 2 usage or bad input.");
   vergence::tools::add_estimate_command(app);
   vergence::tools::add_fitness_map_command(app);
   vergence::tools::add_model_command(app);
   vergence::tools::add_render_command(app);
   vergence::tools::add_bench_command(app);
+  // After the commands, which would inherit it.
+  app.footer(
+      "`vergence COMMAND --help` tells more of each.\n"
+      "Exit status: 0 done, 1 failed, 2 usage or bad input.");
+
   try {
     app.parse(argc, argv);
     return 0;
