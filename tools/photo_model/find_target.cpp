@@ -92,7 +92,7 @@ cv::Mat differing_pixels(const RgbImage& photo, const RgbImage& background) {
 
 // Gaps up to this many pixels are closed.
 int closed_gap(int width_px) {
-  return std::max(5, width_px / 60) | 1;
+  return std::max(5, width_px / 90) | 1;
 }
 
 void clean_up(cv::Mat& mask) {
