@@ -36,7 +36,7 @@ void Backdrop::paint_noise() {
     for (int x = 0; x < kSize; ++x) {
       const Vector3 p(x * scale, y * scale, 0);
       const double light = fractal_noise(p, options_.seed, 5, cells);
-      const double tint = fractal_noise(p + Vector3(0, 0, 0.5), options_.seed + 50, 3, cells);
+      const double tint = fractal_noise(p, options_.seed + 50, 3, cells);
       const double value = std::clamp(options_.value * (1 + 0.9 * options_.contrast * light), 0.02, 1.0);
       const double saturation =
           std::clamp(options_.saturation * (1 - 0.25 * options_.contrast * light), 0.0, 1.0);

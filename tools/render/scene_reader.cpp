@@ -214,14 +214,11 @@ Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overri
   const TomlReader image = root.table_or_empty("image");
   scene.fps = image.number_or("fps", 30, {0.01, 10000});
   scene.frames = image.integer_or("frames", 1, 1, 999999);
-  scene.left_rays = pixel_rays(scene.rig.left);
-  scene.right_rays = pixel_rays(scene.rig.right);
 
   const TomlReader background = root.table_or_empty("background");
   BackdropOptions backdrop;
   backdrop.seed = hash(scene.seed, 5) >> 40;
   scene.backdrop_options = read_backdrop(background, backdrop);
-  scene.backdrop = std::make_shared<Backdrop>(scene.backdrop_options);
   scene.lights = read_lights(root.table_or_empty("light"));
   scene.sensor = read_sensor(root.table_or_empty("camera"), scene);
   scene.water = read_water(root.table_or_empty("water"));
@@ -239,7 +236,6 @@ Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overri
   behind.distance_mm = scene.photo.distance_mm + 300;
   scene.photo_backdrop_options = read_backdrop(model.table_or_empty("background"), behind);
 
-  scene.target = read_target(root.table("target"), overrides, scene.photo);
   Motion still;
   still.pose.position_mm = {0, 0, 500};
   still.fps = scene.fps;
@@ -254,7 +250,12 @@ Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overri
   for (const TomlReader& table : root.tables("occluder", true)) {
     scene.occluders.push_back(read_occluder(table, still));
   }
+  scene.target = read_target(root.table("target"), overrides, scene.photo);
   scene.search = read_search(root.table_or_empty("search"), scene.target.kind);
+  // What takes time comes last, so that mistakes are told at once.
+  scene.left_rays = pixel_rays(scene.rig.left);
+  scene.right_rays = pixel_rays(scene.rig.right);
+  scene.backdrop = std::make_shared<Backdrop>(scene.backdrop_options);
   return scene;
 }
 
