@@ -46,6 +46,7 @@ void write_png(const std::filesystem::path& file, png_uint_32 format, int width,
   png.width = static_cast<png_uint_32>(width);
   png.height = static_cast<png_uint_32>(height);
   png.format = format;
+  png.flags = PNG_IMAGE_FLAG_FAST;  // a quarter of the time for 1.7 times the size, with camera noise
   if (png_image_write_to_file(&png, file.c_str(), 0, data.data(), 0, nullptr) == 0) {
     throw InputError(file, "", std::string("cannot write: ") + png.message);
   }

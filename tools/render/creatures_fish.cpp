@@ -173,16 +173,16 @@ void build_anemonefish(Sculpture& s) {
   const Rgb white{0.86F, 0.88F, 0.90F};
   const Rgb black{0.012F, 0.012F, 0.016F};
   std::vector<Layer> bands;
-  const auto band = [&](double x, double half, const Vector3& axis) {
-    // A stripe whose period is longer than the fish shows once.
-    bands.push_back({Pattern::kStripes, black, 400, (2 * half + 3.4) / 400, axis, axis * (x - 200)});
-    bands.push_back({Pattern::kStripes, white, 400, 2 * half / 400, axis, axis * (x - 200)});
+  const auto band = [&](double x, double width) {
+    const Vector3 along(1, 0, 0);
+    bands.push_back({Pattern::kBand, black, width + 3.6, 0.5, along, {x, 0, 0}});
+    bands.push_back({Pattern::kBand, white, width, 0.5, along, {x, 0, 0}});
   };
   bands.push_back({Pattern::kGradient, from_hsv(44, 0.90, 0.98), 16, 0.5, {0, 1, 0}, {0, -2, 0}});
   bands.push_back({Pattern::kMottle, from_hsv(8, 0.92, 0.80), 14, 0.28});
-  band(-28, 4.6, {1, 0, 0});
-  band(2, 5.4, {1, 0, 0});
-  band(34, 3.2, {1, 0, 0});
+  band(-27, 9);
+  band(9, 10);
+  band(35, 6);
   const auto body = s.paint(from_hsv(22, 0.93, 0.95), bands);
   const auto fin = s.paint(from_hsv(26, 0.90, 0.95),
                            {{Pattern::kStripes, from_hsv(10, 0.9, 0.7), 4.5, 0.35, {0.9, 0.4, 0}},

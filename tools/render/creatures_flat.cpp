@@ -1,5 +1,8 @@
 // Those seen from above: turtle, mobula, ribbontail ray, crab. In mm about life proportions; -y is ahead, -z
 // towards the viewer.
+#include <algorithm>
+#include <cmath>
+
 #include "tools/render/creatures.hpp"
 
 namespace vergence::render {
@@ -34,12 +37,13 @@ void build_turtle(Sculpture& s) {
           2, 12, rim, 0, 6);
   s.ellipsoid({0, 4, 0}, {31, 43, 14}, shell, 2);
   for (const double x : {-18.0, -9.0, 0.0, 9.0, 18.0}) {
-    const double lift = 13.2 - 0.013 * x * x;
-    s.limb({{x * 0.55, -31, -lift * 0.55},
-            {x * 1.05, -12, -lift * 0.95},
-            {x, 8, -lift * 0.98},
-            {x * 0.5, 36, -lift * 0.45}},
-           1.9, 1.1, ridge, 1.5);
+    const auto on_shell = [](double u, double v) {
+      const double z = 1 - u * u / (31.0 * 31.0) - (v - 4) * (v - 4) / (43.0 * 43.0);
+      return Vector3(u, v, -14 * std::sqrt(std::max(z, 0.0)));
+    };
+    s.limb({on_shell(x * 0.6, -28), on_shell(x, -12), on_shell(x * 1.1, 6), on_shell(x * 0.85, 24),
+            on_shell(x * 0.4, 38)},
+           1.8, 1.2, ridge, 1.5);
   }
   s.limb({{0, -34, 1}, {0, -45, -1}, {0, -51, -1}}, 8, 9, skin, 4);
   s.ellipsoid({0, -52, -1}, {9.5, 10, 8}, skin, 3);

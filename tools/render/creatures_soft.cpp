@@ -99,16 +99,13 @@ void build_octopus(Sculpture& s) {
                            {{Pattern::kMottle, from_hsv(300, 0.45, 0.60), 13, 0.30},
                             {Pattern::kRings, from_hsv(352, 0.78, 0.58), 15, 0.32, {0, 0, 1}, {0, 10, 0}}});
   const auto sucker = s.paint(from_hsv(52, 0.40, 0.99));
-  const auto tip = s.paint(from_hsv(208, 0.62, 0.72));
   const auto white = s.paint(from_hsv(55, 0.70, 0.98));
   const auto pupil = s.paint({0.004F, 0.004F, 0.006F});
   const std::size_t first = s.parts();
   const auto tentacle = [&](const std::vector<Vector3>& p) {
-    const std::vector<Vector3> upper(p.begin(), p.end() - 1);
-    s.limb(upper, 8.0, 3.6, arm, 4);
-    s.limb({p[p.size() - 2], p.back()}, 3.4, 1.6, tip, 1);
+    s.limb(p, 8.0, 1.8, arm, 4);
     for (std::size_t i = 1; i + 1 < p.size(); ++i) {
-      const double r = 8.0 - 4.4 * static_cast<double>(i) / static_cast<double>(p.size() - 2);
+      const double r = 8.0 - 6.2 * static_cast<double>(i) / static_cast<double>(p.size() - 1);
       for (const double along : {-0.30, 0.0, 0.30}) {
         const Vector3 d = p[i + 1] - p[i - 1];
         const Vector3 side = Vector3(-d[1], d[0], 0).normalized() * (0.25 * r);

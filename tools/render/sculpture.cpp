@@ -104,6 +104,10 @@ double layer_weight(const Layer& layer, const Vector3& p, double edge_depth_mm, 
       return 1 - smooth_step(layer.amount / 2 - 0.06, layer.amount / 2 + 0.06, from_middle);
     }
     case Pattern::kGradient: return smooth_step(0, period, q.dot(layer.axis));
+    case Pattern::kBand: {
+      const double half = period / 2;
+      return 1 - smooth_step(half - kSoft_mm, half + kSoft_mm, std::abs(q.dot(layer.axis) + wobble));
+    }
     case Pattern::kPatch:
       return 1 - smooth_step(period - kSoft_mm, period + kSoft_mm, q.norm() + wobble * 0.3);
     case Pattern::kRim: return 1 - smooth_step(period - kSoft_mm, period + kSoft_mm, edge_depth_mm);

@@ -19,6 +19,7 @@ enum class Pattern {
   kRings,     // as stripes, but by distance from the line `axis` through `origin`
   kSpokes,    // `scale_mm` many rays around z through `origin`
   kGradient,  // from the base at `origin` to the second colour `scale_mm` further along `axis`
+  kBand,      // once across `axis` through `origin`, `scale_mm` wide
   kPatch,     // the ball of radius `scale_mm` about `origin`
   kRim,       // in plates: the outermost `scale_mm`
 };
