@@ -13,6 +13,10 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   # Otherwise Highway's SSE4 asks for AES as well, which that level does not promise.
   target_compile_definitions(vergence_flags INTERFACE HWY_DISABLE_PCLMUL_AES)
 endif()
+# On arm64, NEON alone: every processor of it has that, and nobody has measured that SVE pays here.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+  target_compile_definitions(vergence_flags INTERFACE "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 get_target_property(VERGENCE_EIGEN_INCLUDE Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
