@@ -189,6 +189,9 @@ std::string read_file(const std::filesystem::path& file) {
 }
 
 void write_file(const std::filesystem::path& file, std::string_view content) {
+  // Anew rather than truncated: ext4 flushes what was truncated, and fuzzing writes often.
+  std::error_code ignored;
+  std::filesystem::remove(file, ignored);
   std::ofstream out(file, std::ios::binary);
   out << content;
   if (!out.flush()) throw std::runtime_error("cannot write " + file.string());
