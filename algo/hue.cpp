@@ -26,8 +26,9 @@ std::uint8_t hue_code_from_degrees(double degrees) {
 int hue_tolerance_steps(double degrees) {
   // A tolerance that is a whole number of steps must not lose one to rounding.
   const double steps = degrees * kHueSteps / 360.0 + 1e-9;
+  constexpr int kHalfCircle = kHueSteps / 2;
   if (!(steps > 0)) return 0;
-  return steps < kHueSteps / 2 ? static_cast<int>(steps) : kHueSteps / 2;
+  return steps < kHalfCircle ? static_cast<int>(steps) : kHalfCircle;
 }
 
 std::uint8_t hue_code_rgb(int r, int g, int b, const HueLimits& limits) {

@@ -149,7 +149,7 @@ void add_pairing(int points, A&& a, B&& b, Seen&& seen, Row&& row, Matrix6& H, V
   Matrix10 N = Matrix10::Zero();
   Vector10 q = Vector10::Zero();
   for (int i = 0; i < points; ++i) {
-    const Vector3 values = b(i);
+    const auto& values = b(i);
     const Vector3 residuals = a(i) - pair.gain * values - pair.offset;
     for (int c = 0; c < 3; ++c) {
       const double r = residuals[c];
@@ -221,7 +221,7 @@ struct Level {
         value_right, of_photo, [this](int i) { return right(i).visible ? 1.0 : 0.0; },
         [&](int i, int c, double) { return slope(right(i), c); });
     f(
-        value_left, value_right, [this](int i) { return left(i).visible & right(i).visible ? 1.0 : 0.0; },
+        value_left, value_right, [this](int i) { return left(i).visible && right(i).visible ? 1.0 : 0.0; },
         [&](int i, int c, double gain) -> Vector6 { return slope(left(i), c) - gain * slope(right(i), c); });
   }
 

@@ -33,7 +33,7 @@ struct RefineSample {
   Vector3 slope_v;                 // and down
   Eigen::Matrix<double, 6, 1> du;  // change of the pixel coordinates with the pose increment
   Eigen::Matrix<double, 6, 1> dv;
-  bool visible;
+  bool visible = false;
 };
 
 struct RefineWorkspace {

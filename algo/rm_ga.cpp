@@ -126,7 +126,7 @@ void sort_by_score(Population& population) {
     unsigned rank = 0;
     for (unsigned j = 0; j < kPopulation; ++j) {
       const bool fitter = unsorted[j].score > unsorted[i].score;
-      const bool earlier = unsorted[j].score == unsorted[i].score && j < i;
+      const bool earlier = j < i && unsorted[j].score == unsorted[i].score;
       rank += static_cast<unsigned>(fitter | earlier);
     }
     population.individual[rank] = unsorted[i];

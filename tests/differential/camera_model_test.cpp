@@ -12,7 +12,9 @@
 namespace vergence {
 namespace {
 
-double within(double low, double high) { return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6; }
+double within(double low, double high) {
+  return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6;
+}
 
 TEST(CameraModel, ProjectsAsOpenCvDoes) {
   ASSERT_TRUE(rc::check([] {
@@ -28,8 +30,8 @@ TEST(CameraModel, ProjectsAsOpenCvDoes) {
     const cv::Matx33d K(camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1);
     const std::vector<double> k(camera.distortion.begin(), camera.distortion.end());
     std::vector<cv::Point2d> oracle;
-    cv::projectPoints(std::vector<cv::Point3d>{{p[0], p[1], p[2]}}, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), K, k,
-                      oracle);
+    cv::projectPoints(std::vector<cv::Point3d>{{p[0], p[1], p[2]}}, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), K,
+                      k, oracle);
     RC_ASSERT(std::abs(uv[0] - oracle[0].x) < 1e-6 * (1 + std::abs(oracle[0].x)));
     RC_ASSERT(std::abs(uv[1] - oracle[0].y) < 1e-6 * (1 + std::abs(oracle[0].y)));
   }));

@@ -295,8 +295,8 @@ Target read_target(const std::filesystem::path& model_directory) {
   const TomlReader root = TomlReader::from_file(model_directory / "model.toml");
   const std::string kind = root.text("kind");
   if (kind == "marker") return read_marker_target(root);
-  if (kind == "photo") return read_photo_target(model_directory, root);
-  root.fail("kind", "is '" + kind + "'", "\"marker\" or \"photo\"");
+  if (kind != "photo") root.fail("kind", "is '" + kind + "'", "\"marker\" or \"photo\"");
+  return read_photo_target(model_directory, root);
 }
 
 SearchBox read_search_box(const std::filesystem::path& file) {

@@ -15,9 +15,10 @@ using tools::TomlReader;
 
 Pose pose_from(const TomlReader& table, std::string_view key) {
   const auto v = table.numbers(key, 6);
-  const Pose pose{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
-  if (!is_valid(pose))
+  Pose pose{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+  if (!is_valid(pose)) {
     table.fail(key, "e1, e2, e3 are no part of a unit quaternion", "their length must be at most 1");
+  }
   return pose;
 }
 
