@@ -234,18 +234,17 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
 void Tracker::evolve(double progress) {
   ++generations_;
   if (!is_thesis() && state_ != TrackState::kTracking && progress < kSearchShare) {
-    evolve_search(progress);
+    evolve_search();
     return;
   }
-  if (!is_thesis() && state_ != TrackState::kTracking && !settling_) merge_archive();
-  settling_ = true;
+  settle();
   GaSettings ga = settings_.ga;
   if (!is_thesis()) ga.mutation_per_1024 = kSettleMutation_per_1024;
   evolve_generation(population_, ga, random_,
                     [this](const Chromosome& c) { return score(c, settle_measure()); });
 }
 
-void Tracker::evolve_search(double /*progress*/) {
+void Tracker::evolve_search() {
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (epoch_generation_ == kEpochGenerations) {
     keep_in_archive(population_.individual[0]);
@@ -263,6 +262,11 @@ void Tracker::keep_in_archive(const Individual& individual) {
     if (archive_.individual[i].score < archive_.individual[worst].score) worst = i;
   }
   if (individual.score > archive_.individual[worst].score) archive_.individual[worst] = individual;
+}
+
+void Tracker::settle() {
+  if (!is_thesis() && state_ != TrackState::kTracking && !settling_) merge_archive();
+  settling_ = true;
 }
 
 void Tracker::merge_archive() {
@@ -340,6 +344,7 @@ void Tracker::update_state(double confidence) {
 }
 
 Estimate Tracker::end_frame() {
+  settle();  // where the budget ended before it came to that
   const TrackState before = state_;
   const Transform T_H_M = refine_best();
   Estimate estimate;

@@ -115,7 +115,8 @@ class Tracker {
   [[nodiscard]] Status configure_common(const StereoRig& rig, const TrackerSettings& settings);
   [[nodiscard]] std::int64_t score(const Transform& T_H_M, Measure measure) const;
   [[nodiscard]] std::int64_t score(const Chromosome& chromosome, Measure measure);
-  void evolve_search(double progress);
+  void evolve_search();
+  void settle();
   void merge_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();

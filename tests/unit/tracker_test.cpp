@@ -59,6 +59,21 @@ TEST_P(TrackerTest, FollowsAMovingTarget) {
   }
 }
 
+TEST_P(TrackerTest, FindsTheTargetWhereItsBudgetIsCutShort) {
+  Bench bench{World(GetParam())};
+  const Transform truth = some_pose(5);
+  const auto left = bench.world().look(bench.world().rig.left, truth);
+  const auto right = bench.world().look(bench.world().rig.right, truth);
+  FrameMotion motion;
+  motion.T_H_CL = bench.world().rig.left.T_H_C;
+  motion.T_H_CR = bench.world().rig.right.T_H_C;
+  ASSERT_EQ(bench.tracker().begin_frame(0, left.view(), right.view(), motion), Status::kOk);
+  for (int g = 0; g < 1200; ++g) bench.tracker().evolve(0.5 * g / 1200);  // never comes to settling
+  const Estimate estimate = bench.tracker().end_frame();
+  EXPECT_EQ(estimate.state, TrackState::kTracking);
+  EXPECT_LT(distance_mm(estimate, truth), 8);
+}
+
 TEST_P(TrackerTest, SaysLostWhereThereIsNoTarget) {
   World world(GetParam());
   world.present = false;
