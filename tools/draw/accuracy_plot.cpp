@@ -31,7 +31,8 @@ void write_accuracy_plot(const std::filesystem::path& png, const std::vector<Stu
   const std::vector<Line> lines = lines_of(rows);
   std::ostringstream script;
   script << "set terminal pngcairo size 1200,520 font 'Sans,10'\nset output " << gnuplot_quoted(png.string())
-         << "\nset multiplot layout 1,2\nset logscale xy\nset grid\nset xlabel 'generations a frame'\n"
+         << "\nset multiplot layout 1,2\nset logscale xy\nset grid\nset xrange [7:1300]\nset xlabel "
+            "'generations a frame'\n"
             "set key outside below maxcols 2 noenhanced\nset xtics (9, 50, 200, 1000)\n";
   for (std::size_t i = 0; i < lines.size(); ++i) {
     script << "$line" << i << " << EOD\n";
