@@ -79,6 +79,19 @@ Pose to_pose(const Transform& T) {
   return {T.t_mm, quaternion_vector_from_rotation(T.R)};
 }
 
+Matrix6 pose_jacobian(const Transform& T_H_M) {
+  Matrix6 J = Matrix6::Zero();
+  J.topLeftCorner<3, 3>() = T_H_M.R;
+  // q (1, w / 2) has the vector part e + (eta w + e x w) / 2.
+  const Vector3 e = quaternion_vector_from_rotation(T_H_M.R);
+  const double rest = 1 - e.squaredNorm();
+  const double eta = std::sqrt(rest > 0 ? rest : 0);
+  Matrix3 cross;
+  cross << 0, -e[2], e[1], e[2], 0, -e[0], -e[1], e[0], 0;
+  J.bottomRightCorner<3, 3>() = 0.5 * (eta * Matrix3::Identity() + cross);
+  return J;
+}
+
 bool is_valid(const Pose& pose) {
   for (int i = 0; i < 3; ++i) {
     if (!std::isfinite(pose.position_mm[i]) || !std::isfinite(pose.e[i])) return false;

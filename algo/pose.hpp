@@ -11,6 +11,8 @@ namespace vergence {
 using Vector2 = Eigen::Vector2d;
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Pose of a frame B in a frame A as the method writes it [Eqs. 3.16-3.18].
 struct Pose {
@@ -41,6 +43,11 @@ struct Transform {
 
 [[nodiscard]] Transform to_transform(const Pose& pose);
 [[nodiscard]] Pose to_pose(const Transform& T);
+
+// How a pose's six numbers [x y z e1 e2 e3] change with an increment [translation in mm; rotation vector in rad]
+// in the target frame: T_H_M * {exp(w), t}. To first order; turns covariances of increments into those of poses,
+// J C J^T.
+[[nodiscard]] Matrix6 pose_jacobian(const Transform& T_H_M);
 
 // True where every component is finite and |e| <= 1.
 [[nodiscard]] bool is_valid(const Pose& pose);

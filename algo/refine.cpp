@@ -10,8 +10,6 @@ constexpr double kMaxStep_mm = 15;
 constexpr double kMaxStep_rad = 0.15;
 constexpr double kChromaWeight = 2;
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector10 = Eigen::Matrix<double, 10, 1>;
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 

@@ -39,11 +39,19 @@ enum class TrackState : std::uint8_t {
 
 [[nodiscard]] const char* to_string(TrackState state);
 
+// What a pose goes through within a frame; each takes up what the one before found.
+enum class Stage : std::uint8_t {
+  kEvolved,  // by RM-GA
+  kRefined,  // below the plateau of the votes
+  kRelief,   // refined on the learned relief of the photo-model
+};
+
 struct TrackerSettings {
   Method method = Method::kVergence;
   std::uint64_t seed = 1;
   SearchBox box;
   GaSettings ga;
+  Stage last_stage = Stage::kRelief;  // later ones are left out, for comparison
   HueLimits hue_limits;
   // Around the prediction while tracking, in place of the search box; position in mm and e.
   double follow_mm = 30;
@@ -63,6 +71,8 @@ struct FrameMotion {
 
 struct Estimate {
   Pose pose;              // T_H_M: the target in the hand frame
+  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement; zero where the pose was not refined.
+  Matrix6 covariance = Matrix6::Zero();
   double fitness = 0;     // Eq. 3.22 or 5.19 at that pose
   double confidence = 0;  // in [0, 1]
   TrackState state = TrackState::kSearching;

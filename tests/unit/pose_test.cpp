@@ -68,6 +68,24 @@ TEST(Pose, TransformTimesInverseIsIdentity) {
   }));
 }
 
+TEST(Pose, JacobianIsThatOfSmallIncrements) {
+  ASSERT_TRUE(rc::check([] {
+    const Transform T = to_transform({any_position(), any_quaternion_vector() * 0.9});
+    const Matrix6 J = pose_jacobian(T);
+    constexpr double kStep = 1e-5;
+    for (int k = 0; k < 6; ++k) {
+      Vector6 d = Vector6::Zero();
+      d[k] = kStep;
+      const Transform moved = T * Transform{rotation_from_quaternion_vector(d.tail<3>() / 2), d.head<3>()};
+      const Pose a = to_pose(T);
+      const Pose b = to_pose(moved);
+      Vector6 change;
+      change << b.position_mm - a.position_mm, b.e - a.e;
+      RC_ASSERT((change / kStep - J.col(k)).norm() < 1e-3);
+    }
+  }));
+}
+
 TEST(Pose, ValidityRejectsWhatIsNotAPose) {
   EXPECT_TRUE(is_valid({{1, 2, 3}, {0.1, 0.2, 0.3}}));
   EXPECT_FALSE(is_valid({{1, 2, 3}, {0.9, 0.9, 0.3}}));
