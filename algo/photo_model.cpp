@@ -168,6 +168,7 @@ void add_point(const PhotoSource& source, const HueLimits& limits, int x, int y,
     return;
   }
   const std::uint8_t* rgb = pixel(source.photo, x, y);
+  model.weight[k] = 1;
   model.hue[k] = hue_code_rgb(rgb[0], rgb[1], rgb[2], limits);
   for (int level = 0; level < kColourLevels; ++level) {
     const YCbCr colour = mean_colour(source.photo, x, y, 1 << level);
@@ -215,6 +216,11 @@ Status build_photo_model(const PhotoSource& source, const PhotoOptions& options,
   model = PhotoModel{};
   model.votes = options.votes;
   model.background_hue = hue_code_from_degrees(source.background_hue_deg);
+  const double uc = source.roi.x + 0.5 * (source.roi.width - 1);
+  const double vc = source.roi.y + 0.5 * (source.roi.height - 1);
+  model.optical_centre_mm = {-(uc - source.camera.cx_px) * source.distance_mm / source.camera.fx_px,
+                             -(vc - source.camera.cy_px) * source.distance_mm / source.camera.fy_px,
+                             -source.distance_mm};
 
   // The finest grid that keeps to the wanted number of points, but no finer than pixels.
   const double strip_px = std::fmax(1.0, options.strip_width * 0.5 * (source.roi.width + source.roi.height));

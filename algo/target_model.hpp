@@ -105,7 +105,13 @@ struct PhotoModel {
   alignas(64) std::array<float, kMaxPhotoPoints + 16> y_mm{};
   alignas(64) std::array<float, kMaxPhotoPoints + 16> z_mm{};  // relief; zero = the flat model of the thesis
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> hue{};
+  // 1, or 0 where a point of S_in turned out not to be of the target (background within the rectangle): it is
+  // to have no say in alignment. All 1 until a relief is learned.
+  alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> weight{};
   std::array<PointColours, kColourLevels> colour{};  // of S_in
+  // Where the photo was taken from, in the target frame: a point of relief z lies on the ray from here through
+  // its place (x, y, 0) on the flat model.
+  Vector3 optical_centre_mm = Vector3::Zero();
   std::uint8_t background_hue = kHueUndefined;
   PhotoVotes votes;
 
