@@ -1,22 +1,43 @@
+// Dense alignment. Points go four at a time in single precision, in vectors of four lanes on every machine:
+// sums of floats depend on their order, so the order must not depend on the width of the vectors.
 #include "algo/refine.hpp"
+
+#include <hwy/highway.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 
 namespace vergence {
 namespace {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
 constexpr double kMaxStep_mm = 15;
 constexpr double kMaxStep_rad = 0.15;
-constexpr double kChromaWeight = 2;
+constexpr float kChromaWeight = 2;
+constexpr int kChannels = 3;
+constexpr int kLanes = 4;
+constexpr int kMinPoints = 16;  // that a pairing must see to have a say
 
-using Vector10 = Eigen::Matrix<double, 10, 1>;
-using Matrix10 = Eigen::Matrix<double, 10, 10>;
+using D4 = hn::FixedTag<float, kLanes>;
+using V4 = hn::Vec<D4>;
+constexpr D4 d4;
 
-Vector3 colour_of(ColourPixel pixel) {
-  return {static_cast<double>(pixel & 0xFF) - 128,
-          kChromaWeight * (static_cast<double>((pixel >> 8) & 0xFF) - 128),
-          kChromaWeight * (static_cast<double>((pixel >> 16) & 0xFF) - 128)};
+// Pose, gain, and an offset a channel.
+constexpr int kUnknowns = 10;
+using Vector10 = Eigen::Matrix<double, kUnknowns, 1>;
+using Matrix10 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+
+V4 set(double value) {
+  return hn::Set(d4, static_cast<float>(value));
+}
+
+double sum_of(V4 v) {
+  alignas(16) float lane[kLanes];
+  hn::Store(v, d4, lane);
+  return (double{lane[0]} + double{lane[1]}) + (double{lane[2]} + double{lane[3]});
 }
 
 double clamped(double value, double low, double high) {
@@ -24,207 +45,241 @@ double clamped(double value, double low, double high) {
   return at_least < high ? at_least : high;
 }
 
+// ---- Sampling -------------------------------------------------------------------------------------------
+
+// Colour of a pixel: luma, 2 cb, 2 cr, centred, and a zero.
+V4 colour_of(ColourPixel pixel) {
+  const hn::FixedTag<std::uint8_t, kLanes> d8;
+  const hn::FixedTag<std::int32_t, kLanes> d32;
+  alignas(4) std::uint8_t bytes[kLanes];
+  std::memcpy(bytes, &pixel, sizeof bytes);
+  alignas(16) static constexpr float kCentre[kLanes] = {128, 128, 128, 0};
+  alignas(16) static constexpr float kScale[kLanes] = {1, kChromaWeight, kChromaWeight, 0};
+  const V4 value = hn::ConvertTo(d4, hn::PromoteTo(d32, hn::Load(d8, bytes)));
+  return hn::Mul(hn::Sub(value, hn::Load(d4, kCentre)), hn::Load(d4, kScale));
+}
+
 // Colour and slopes at (u, v), bilinear, slopes from central differences. Needs a border of one pixel.
-void sample_colour(const ColourLevel& image, double u, double v, RefineSample& out) {
+void sample_colour(const ColourLevel& image, float u, float v, float* value, float* slope_u, float* slope_v) {
   const int x = static_cast<int>(u);
   const int y = static_cast<int>(v);
-  const double fu = u - x;
-  const double fv = v - y;
-  Vector3 c[4][4];  // [row][column], from (x - 1, y - 1)
-  for (int j = 0; j < 4; ++j) {
-    const ColourPixel* row = image.pixel + static_cast<std::ptrdiff_t>(y - 1 + j) * image.width_px + (x - 1);
-    for (int i = 0; i < 4; ++i) c[j][i] = colour_of(row[i]);
-  }
-  const auto blend = [&](const Vector3& a00, const Vector3& a10, const Vector3& a01,
-                         const Vector3& a11) -> Vector3 {
-    return (a00 * (1 - fu) + a10 * fu) * (1 - fv) + (a01 * (1 - fu) + a11 * fu) * fv;
+  const V4 fu = hn::Set(d4, u - static_cast<float>(x));
+  const V4 fv = hn::Set(d4, v - static_cast<float>(y));
+  const ColourPixel* row0 = image.pixel + static_cast<std::ptrdiff_t>(y - 1) * image.width_px + x;
+  const ColourPixel* row1 = row0 + image.width_px;
+  const ColourPixel* row2 = row1 + image.width_px;
+  const ColourPixel* row3 = row2 + image.width_px;
+  const auto blend = [&](V4 a00, V4 a10, V4 a01, V4 a11) {
+    const V4 top = hn::Add(a00, hn::Mul(fu, hn::Sub(a10, a00)));
+    const V4 bottom = hn::Add(a01, hn::Mul(fu, hn::Sub(a11, a01)));
+    return hn::Add(top, hn::Mul(fv, hn::Sub(bottom, top)));
   };
-  out.value = blend(c[1][1], c[1][2], c[2][1], c[2][2]);
-  out.slope_u = 0.5 * blend(c[1][2] - c[1][0], c[1][3] - c[1][1], c[2][2] - c[2][0], c[2][3] - c[2][1]);
-  out.slope_v = 0.5 * blend(c[2][1] - c[0][1], c[2][2] - c[0][2], c[3][1] - c[1][1], c[3][2] - c[1][2]);
+  const V4 a00 = colour_of(row1[0]);
+  const V4 a10 = colour_of(row1[1]);
+  const V4 a01 = colour_of(row2[0]);
+  const V4 a11 = colour_of(row2[1]);
+  const V4 half = set(0.5);
+  hn::Store(blend(a00, a10, a01, a11), d4, value);
+  hn::Store(hn::Mul(half, blend(hn::Sub(a10, colour_of(row1[-1])), hn::Sub(colour_of(row1[2]), a00),
+                                hn::Sub(a11, colour_of(row2[-1])), hn::Sub(colour_of(row2[2]), a01))),
+            d4, slope_u);
+  hn::Store(hn::Mul(half, blend(hn::Sub(a01, colour_of(row0[0])), hn::Sub(a11, colour_of(row0[1])),
+                                hn::Sub(colour_of(row3[0]), a00), hn::Sub(colour_of(row3[1]), a10))),
+            d4, slope_v);
 }
 
-// Distorted normalized coordinates and their derivative, OpenCV's five coefficients.
-void distort(const CameraModel& camera, double x, double y, Vector2& xy, Eigen::Matrix2d& derivative) {
-  const auto& [k1, k2, p1, p2, k3] = camera.distortion;
-  const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
-  const double radial_slope = k1 + r2 * (2 * k2 + r2 * 3 * k3);  // d radial / d r2
-  xy = {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
-  derivative << radial + 2 * x * x * radial_slope + 2 * p1 * y + 6 * p2 * x,
-      2 * x * y * radial_slope + 2 * p1 * x + 2 * p2 * y,  //
-      2 * x * y * radial_slope + 2 * p1 * x + 2 * p2 * y,
-      radial + 2 * y * y * radial_slope + 6 * p1 * y + 2 * p2 * x;
-}
-
-void sample_points(const PhotoModel& model, int points, const CameraModel& camera, const ColourLevel& image,
-                   const Transform& T_H_M, RefineSample* samples) {
-  const Transform T_C_M = target_in_camera(camera, T_H_M);
-  for (int i = 0; i < points; ++i) {
-    const auto k = static_cast<unsigned>(i);
-    RefineSample& sample = samples[i];
-    const Vector3 p{model.x_mm[k], model.y_mm[k], model.z_mm[k]};
-    const Vector3 pc = T_C_M * p;
-    // What is not in the image is sampled at its border all the same and gets no weight: equal work for all.
-    const bool in_front = pc[2] >= kMinDepth_mm;
-    const double inverse = 1 / (in_front ? pc[2] : kMinDepth_mm);
-    const double x = pc[0] * inverse;
-    const double y = pc[1] * inverse;
-    Vector2 xy;
-    Eigen::Matrix2d lens;
-    distort(camera, x, y, xy, lens);
-    const double u = camera.fx_px * xy[0] + camera.cx_px;
-    const double v = camera.fy_px * xy[1] + camera.cy_px;
-    const double last_u = image.width_px - 2.001;
-    const double last_v = image.height_px - 2.001;
-    sample.visible = in_front & (u >= 1) & (v >= 1) & (u <= last_u) & (v <= last_v);
-    sample_colour(image, clamped(u, 1, last_u), clamped(v, 1, last_v), sample);
-    // p_C changes by R (dt - p x dw); so does the ray, and so the pixel.
-    Eigen::Matrix<double, 2, 3> ray;
-    ray << inverse, 0, -x * inverse, 0, inverse, -y * inverse;
-    const Eigen::Matrix<double, 2, 3> A = lens * ray * T_C_M.R;
-    const auto row = [&](int r, double focal_px) {
-      const Vector3 a = focal_px * A.row(r).transpose();
-      Vector6 g;
-      g << a, p[1] * a[2] - p[2] * a[1], p[2] * a[0] - p[0] * a[2], p[0] * a[1] - p[1] * a[0];
-      return g;
-    };
-    sample.du = row(0, camera.fx_px);
-    sample.dv = row(1, camera.fy_px);
-  }
-}
-
-// One pairing: how b explains a, a = gain b + offset, over points with weight one (seen) or zero.
-struct Pairing {
-  double gain;
-  Vector3 offset;
-  double deviation;  // mean absolute residual
-  double spread;     // standard deviation of a
-  bool usable;
-};
-
-template <class A, class B, class Seen>
-Pairing fit_light(int points, A&& a, B&& b, Seen&& seen) {
-  double n = 0;
-  Vector3 sum_a = Vector3::Zero();
-  Vector3 sum_b = Vector3::Zero();
-  double aa = 0;
-  double bb = 0;
-  double ab = 0;
-  for (int i = 0; i < points; ++i) {
-    const double w = seen(i);
-    n += w;
-    sum_a += w * a(i);
-    sum_b += w * b(i);
-    aa += w * a(i).squaredNorm();
-    bb += w * b(i).squaredNorm();
-    ab += w * a(i).dot(b(i));
-  }
-  Pairing pair{};
-  pair.usable = n >= 16;
-  const double count = n > 1 ? n : 1;
-  const double gain = (ab - sum_a.dot(sum_b) / count) / (bb - sum_b.squaredNorm() / count + 1e-6);
-  pair.gain = clamped(gain, 0.05, 20);
-  pair.offset = (sum_a - pair.gain * sum_b) / count;
-  double deviation = 0;
-  for (int i = 0; i < points; ++i) {
-    deviation += seen(i) * (a(i) - pair.gain * b(i) - pair.offset).cwiseAbs().sum();
-  }
-  pair.deviation = deviation / (3 * count);
-  const double variance = (aa - sum_a.squaredNorm() / count) / (3 * count);
-  pair.spread = std::sqrt(variance > 0 ? variance : 0);
-  return pair;
-}
-
-// Adds a pairing's normal equations in the six pose unknowns, its gain and offsets eliminated (Schur
-// complement).
-template <class A, class B, class Seen, class Row>
-void add_pairing(int points, A&& a, B&& b, Seen&& seen, Row&& row, Matrix6& H, Vector6& g) {
-  constexpr double kUnitOfGain = 50;  // brings the gain's column to the size of the others
-  const Pairing pair = fit_light(points, a, b, seen);
-  const double scale = 1.5 * pair.deviation + 0.5;  // residuals much beyond it count little
-  Matrix10 N = Matrix10::Zero();
-  Vector10 q = Vector10::Zero();
-  for (int i = 0; i < points; ++i) {
-    const auto& values = b(i);
-    const Vector3 residuals = a(i) - pair.gain * values - pair.offset;
-    for (int c = 0; c < 3; ++c) {
-      const double r = residuals[c];
-      const double w = seen(i) / (scale * scale + r * r);  // Cauchy
-      Eigen::Matrix<double, 8, 1> J;
-      J << row(i, c, pair.gain), -values[c] / kUnitOfGain, -1;
-      const Eigen::Matrix<double, 8, 1> wJ = w * J;
-      // Columns 0..6 are common; column 7 of J is the offset of channel c, at 7 + c.
-      for (int k = 0; k < 7; ++k) {
-        for (int l = 0; l <= k; ++l) N(k, l) += wJ[k] * J[l];
-        N(7 + c, k) += wJ[7] * J[k];
-        q[k] -= wJ[k] * r;
-      }
-      N(7 + c, 7 + c) += wJ[7] * J[7];
-      q[7 + c] -= wJ[7] * r;
+// A camera before a posed model, in single precision.
+struct View {
+  View(const CameraModel& at_level, const ColourLevel& level, const Transform& T_H_M)
+      : camera(at_level), image(level), distorted(at_level.has_distortion()) {
+    const Transform T_C_M = target_in_camera(at_level, T_H_M);
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) R[r][c] = set(T_C_M.R(r, c));
+      t[r] = set(T_C_M.t_mm[r]);
     }
   }
-  if (!pair.usable) return;
-  N.triangularView<Eigen::StrictlyUpper>() = N.transpose();
-  Eigen::Matrix4d L = N.bottomRightCorner<4, 4>();
-  for (int k = 0; k < 4; ++k) L(k, k) += 1e-6 * L(k, k) + 1e-9;
-  const Eigen::LDLT<Eigen::Matrix4d> light(L);
-  const Eigen::Matrix<double, 4, 6> E = N.bottomLeftCorner<4, 6>();
-  H += N.topLeftCorner<6, 6>() - E.transpose() * light.solve(E);
-  g += q.head<6>() - E.transpose() * light.solve(Eigen::Vector4d(q.tail<4>()));
+
+  const CameraModel& camera;
+  ColourLevel image;
+  bool distorted;
+  V4 R[3][3];
+  V4 t[3];
+};
+
+// Where a camera sees four points, and how that changes with the pose increment.
+struct Projection {
+  V4 u;
+  V4 v;
+  V4 du[6];
+  V4 dv[6];
+  hn::Mask<D4> in_front;
+};
+
+// Distorted normalized coordinates and their derivative (symmetric but for its diagonal), OpenCV's five
+// coefficients.
+void distort(const CameraModel& camera, V4& x, V4& y, V4& dxx, V4& dxy, V4& dyy) {
+  const auto& [k1, k2, p1, p2, k3] = camera.distortion;
+  const V4 one = set(1);
+  const V4 xx = hn::Mul(x, x);
+  const V4 yy = hn::Mul(y, y);
+  const V4 xy = hn::Mul(x, y);
+  const V4 r2 = hn::Add(xx, yy);
+  const V4 radial =
+      hn::Add(one, hn::Mul(r2, hn::Add(set(k1), hn::Mul(r2, hn::Add(set(k2), hn::Mul(r2, set(k3)))))));
+  // 2 d radial / d r2
+  const V4 slope = hn::Add(set(2 * k1), hn::Mul(r2, hn::Add(set(4 * k2), hn::Mul(r2, set(6 * k3)))));
+  const V4 px = hn::Mul(set(2 * p1), x);
+  const V4 py = hn::Mul(set(2 * p1), y);
+  const V4 qx = hn::Mul(set(2 * p2), x);
+  const V4 qy = hn::Mul(set(2 * p2), y);
+  dxx = hn::Add(hn::Add(radial, hn::Mul(xx, slope)), hn::Add(py, hn::Mul(set(3), qx)));
+  dxy = hn::Add(hn::Mul(xy, slope), hn::Add(px, qy));
+  dyy = hn::Add(hn::Add(radial, hn::Mul(yy, slope)), hn::Add(hn::Mul(set(3), py), qx));
+  const V4 xd = hn::Add(hn::Mul(x, radial),
+                        hn::Add(hn::Mul(py, x), hn::Mul(set(p2), hn::Add(r2, hn::Mul(set(2), xx)))));
+  const V4 yd = hn::Add(hn::Mul(y, radial),
+                        hn::Add(hn::Mul(qx, y), hn::Mul(set(p1), hn::Add(r2, hn::Mul(set(2), yy)))));
+  x = xd;
+  y = yd;
 }
 
-// What both functions below work on: one level of everything.
+Projection project_four(const View& view, const PhotoModel& model, int i) {
+  const auto k = static_cast<std::size_t>(i);
+  const V4 p[3] = {hn::LoadU(d4, model.x_mm.data() + k), hn::LoadU(d4, model.y_mm.data() + k),
+                   hn::LoadU(d4, model.z_mm.data() + k)};
+  V4 c[3];
+  for (int r = 0; r < 3; ++r) {
+    c[r] = hn::Add(hn::Add(hn::Mul(view.R[r][0], p[0]), hn::Mul(view.R[r][1], p[1])),
+                   hn::Add(hn::Mul(view.R[r][2], p[2]), view.t[r]));
+  }
+  Projection result;
+  const V4 nearest = set(kMinDepth_mm);
+  result.in_front = hn::Ge(c[2], nearest);
+  const V4 inverse = hn::Div(set(1), hn::IfThenElse(result.in_front, c[2], nearest));
+  V4 x = hn::Mul(c[0], inverse);
+  V4 y = hn::Mul(c[1], inverse);
+  // p_C changes by R (dt - p x dw); so does the ray, (R_0 - x R_2) / z and (R_1 - y R_2) / z, and so the
+  // pixel.
+  V4 ray_u[3];
+  V4 ray_v[3];
+  for (int j = 0; j < 3; ++j) {
+    ray_u[j] = hn::Mul(inverse, hn::Sub(view.R[0][j], hn::Mul(x, view.R[2][j])));
+    ray_v[j] = hn::Mul(inverse, hn::Sub(view.R[1][j], hn::Mul(y, view.R[2][j])));
+  }
+  if (view.distorted) {
+    V4 dxx;
+    V4 dxy;
+    V4 dyy;
+    distort(view.camera, x, y, dxx, dxy, dyy);
+    for (int j = 0; j < 3; ++j) {
+      const V4 along_u = hn::Add(hn::Mul(dxx, ray_u[j]), hn::Mul(dxy, ray_v[j]));
+      ray_v[j] = hn::Add(hn::Mul(dxy, ray_u[j]), hn::Mul(dyy, ray_v[j]));
+      ray_u[j] = along_u;
+    }
+  }
+  const V4 fx = set(view.camera.fx_px);
+  const V4 fy = set(view.camera.fy_px);
+  result.u = hn::Add(hn::Mul(fx, x), set(view.camera.cx_px));
+  result.v = hn::Add(hn::Mul(fy, y), set(view.camera.cy_px));
+  const auto fill = [&](V4* g, const V4* ray, V4 focal) {
+    for (int j = 0; j < 3; ++j) g[j] = hn::Mul(focal, ray[j]);
+    for (int j = 0; j < 3; ++j) {  // p x g
+      const int a = (j + 1) % 3;
+      const int b = (j + 2) % 3;
+      g[3 + j] = hn::Sub(hn::Mul(p[a], g[b]), hn::Mul(p[b], g[a]));
+    }
+  };
+  fill(result.du, ray_u, fx);
+  fill(result.dv, ray_v, fy);
+  return result;
+}
+
+void sample_points(const PhotoModel& model, int points, const View& view, RefineSamples& samples) {
+  const V4 last_u = set(view.image.width_px - 2.01);
+  const V4 last_v = set(view.image.height_px - 2.01);
+  const V4 first = set(1);
+  const hn::FixedTag<std::uint8_t, kLanes> d8;
+  const hn::FixedTag<std::int32_t, kLanes> d32;
+  for (int i = 0; i < points; i += kLanes) {
+    const auto k = static_cast<std::size_t>(i);
+    const Projection at = project_four(view, model, i);
+    const auto visible = hn::And(at.in_front, hn::And(hn::And(hn::Ge(at.u, first), hn::Le(at.u, last_u)),
+                                                      hn::And(hn::Ge(at.v, first), hn::Le(at.v, last_v))));
+    const V4 weight = hn::ConvertTo(d4, hn::PromoteTo(d32, hn::LoadU(d8, model.weight.data() + k)));
+    hn::Store(hn::IfThenElseZero(visible, weight), d4, samples.weight.data() + k);
+    // What is not in the image is sampled at its border all the same and gets no weight: equal work for all.
+    alignas(16) float u[kLanes];
+    alignas(16) float v[kLanes];
+    hn::Store(hn::IfThenElse(visible, at.u, first), d4, u);
+    hn::Store(hn::IfThenElse(visible, at.v, first), d4, v);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t at4 = 4 * (k + lane);
+      sample_colour(view.image, u[lane], v[lane], samples.value.data() + at4, samples.slope_u.data() + at4,
+                    samples.slope_v.data() + at4);
+    }
+  }
+}
+
+// The channels of four points that stand four floats a point.
+void load_channels(const float* at, V4 (&channel)[kChannels]) {
+  V4 unused;
+  hn::LoadInterleaved4(d4, at, channel[0], channel[1], channel[2], unused);
+}
+
+// ---- Pairings -------------------------------------------------------------------------------------------
+
+// How b explains a, a = gain b + offset, over points with a weight.
+struct Pairing {
+  double gain = 1;
+  double offset[kChannels] = {};
+  double deviation = 0;  // mean absolute residual
+  double spread = 0;     // standard deviation of a
+  double points = 0;     // seen
+  [[nodiscard]] bool usable() const { return points >= kMinPoints; }
+};
+
+enum PairingName {
+  kLeftPhoto,
+  kRightPhoto,
+  kLeftRight,
+  kPairings
+};
+
+// One level of everything that is aligned.
 struct Level {
   Level(const PhotoModel& photo_model, const StereoRig& rig, const ColourPyramid& left,
-        const ColourPyramid& right, int level, int wanted_points, RefineWorkspace& space)
+        const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& space)
       : model(photo_model),
-        colours(photo_model.colour[static_cast<unsigned>(level)]),
-        camera_left(camera_at_level(rig.left, level)),
-        camera_right(camera_at_level(rig.right, level)),
-        image_left(level_of(left, level)),
-        image_right(level_of(right, level)),
+        camera_left(camera_at_level(rig.left, pass.level)),
+        camera_right(camera_at_level(rig.right, pass.level)),
+        image_left(level_of(left, pass.level)),
+        image_right(level_of(right, pass.level)),
         workspace(space) {
-    const int limited = wanted_points < kMaxRefinePoints ? wanted_points : kMaxRefinePoints;
-    points = limited < model.inner ? limited : model.inner;
+    const int limited = pass.points < kMaxRefinePoints ? pass.points : kMaxRefinePoints;
+    points = (limited < model.inner ? limited : model.inner) / kLanes * kLanes;
+    const PointColours& colours = model.colour[static_cast<unsigned>(pass.level)];
+    for (int i = 0; i < points; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const auto packed =
+          static_cast<ColourPixel>(colours.luma[k] | (colours.cb[k] << 8) | (colours.cr[k] << 16));
+      hn::Store(colour_of(packed), d4, workspace.photo.data() + 4 * k);
+    }
   }
 
-  void sample(const Transform& T_H_M) const {
-    sample_points(model, points, camera_left, image_left, T_H_M, workspace.left.data());
-    sample_points(model, points, camera_right, image_right, T_H_M, workspace.right.data());
-  }
+  [[nodiscard]] View left(const Transform& T_H_M) const { return {camera_left, image_left, T_H_M}; }
+  [[nodiscard]] View right(const Transform& T_H_M) const { return {camera_right, image_right, T_H_M}; }
 
-  [[nodiscard]] const RefineSample& left(int i) const { return workspace.left[static_cast<unsigned>(i)]; }
-  [[nodiscard]] const RefineSample& right(int i) const { return workspace.right[static_cast<unsigned>(i)]; }
-  [[nodiscard]] Vector3 photo(int i) const {
-    const auto k = static_cast<unsigned>(i);
-    return {colours.luma[k] - 128.0, kChromaWeight * (colours.cb[k] - 128.0),
-            kChromaWeight * (colours.cr[k] - 128.0)};
-  }
-
-  // Calls f(a, b, seen, row of the residual's slope) for each of the three pairings.
-  template <class F>
-  void for_each_pairing(F&& f) const {
-    const auto slope = [](const RefineSample& s, int c) -> Vector6 {
-      return s.slope_u[c] * s.du + s.slope_v[c] * s.dv;
-    };
-    const auto value_left = [this](int i) -> const Vector3& { return left(i).value; };
-    const auto value_right = [this](int i) -> const Vector3& { return right(i).value; };
-    const auto of_photo = [this](int i) { return photo(i); };
-    f(
-        value_left, of_photo, [this](int i) { return left(i).visible ? 1.0 : 0.0; },
-        [&](int i, int c, double) { return slope(left(i), c); });
-    f(
-        value_right, of_photo, [this](int i) { return right(i).visible ? 1.0 : 0.0; },
-        [&](int i, int c, double) { return slope(right(i), c); });
-    f(
-        value_left, value_right, [this](int i) { return left(i).visible && right(i).visible ? 1.0 : 0.0; },
-        [&](int i, int c, double gain) -> Vector6 { return slope(left(i), c) - gain * slope(right(i), c); });
+  // The two sides of a pairing at four points, and their common weight.
+  void load(int pairing, int i, V4 (&a)[kChannels], V4 (&b)[kChannels], V4& weight) const {
+    const auto k = static_cast<std::size_t>(i);
+    const RefineSamples& first = pairing == kRightPhoto ? workspace.right : workspace.left;
+    load_channels(first.value.data() + 4 * k, a);
+    load_channels((pairing == kLeftRight ? workspace.right.value : workspace.photo).data() + 4 * k, b);
+    weight = hn::Load(d4, first.weight.data() + k);
+    if (pairing == kLeftRight) weight = hn::Mul(weight, hn::Load(d4, workspace.right.weight.data() + k));
   }
 
   const PhotoModel& model;
-  const PointColours& colours;
   CameraModel camera_left;
   CameraModel camera_right;
   ColourLevel image_left;
@@ -232,6 +287,212 @@ struct Level {
   RefineWorkspace& workspace;
   int points;
 };
+
+Pairing fit_light(const Level& level, int name) {
+  V4 a[kChannels];
+  V4 b[kChannels];
+  V4 weight;
+  V4 n = hn::Zero(d4);
+  V4 sum_a[kChannels] = {hn::Zero(d4), hn::Zero(d4), hn::Zero(d4)};
+  V4 sum_b[kChannels] = {hn::Zero(d4), hn::Zero(d4), hn::Zero(d4)};
+  for (int i = 0; i < level.points; i += kLanes) {
+    level.load(name, i, a, b, weight);
+    n = hn::Add(n, weight);
+    for (int c = 0; c < kChannels; ++c) {
+      sum_a[c] = hn::Add(sum_a[c], hn::Mul(weight, a[c]));
+      sum_b[c] = hn::Add(sum_b[c], hn::Mul(weight, b[c]));
+    }
+  }
+  Pairing pair;
+  pair.points = sum_of(n);
+  const double count = pair.points > 1 ? pair.points : 1;
+  double mean_a[kChannels];
+  double mean_b[kChannels];
+  V4 centre_a[kChannels];
+  V4 centre_b[kChannels];
+  for (int c = 0; c < kChannels; ++c) {
+    mean_a[c] = sum_of(sum_a[c]) / count;
+    mean_b[c] = sum_of(sum_b[c]) / count;
+    centre_a[c] = set(mean_a[c]);
+    centre_b[c] = set(mean_b[c]);
+  }
+  V4 aa = hn::Zero(d4);
+  V4 bb = hn::Zero(d4);
+  V4 ab = hn::Zero(d4);
+  for (int i = 0; i < level.points; i += kLanes) {
+    level.load(name, i, a, b, weight);
+    for (int c = 0; c < kChannels; ++c) {
+      const V4 x = hn::Sub(a[c], centre_a[c]);
+      const V4 y = hn::Sub(b[c], centre_b[c]);
+      const V4 wx = hn::Mul(weight, x);
+      aa = hn::Add(aa, hn::Mul(wx, x));
+      ab = hn::Add(ab, hn::Mul(wx, y));
+      bb = hn::Add(bb, hn::Mul(hn::Mul(weight, y), y));
+    }
+  }
+  pair.gain = clamped(sum_of(ab) / (sum_of(bb) + 1e-6), 0.05, 20);
+  V4 offset[kChannels];
+  for (int c = 0; c < kChannels; ++c) {
+    pair.offset[c] = mean_a[c] - pair.gain * mean_b[c];
+    offset[c] = set(pair.offset[c]);
+  }
+  const V4 gain = set(pair.gain);
+  V4 deviation = hn::Zero(d4);
+  for (int i = 0; i < level.points; i += kLanes) {
+    level.load(name, i, a, b, weight);
+    V4 sum = hn::Zero(d4);
+    for (int c = 0; c < kChannels; ++c) {
+      sum = hn::Add(sum, hn::Abs(hn::Sub(hn::Sub(a[c], hn::Mul(gain, b[c])), offset[c])));
+    }
+    deviation = hn::Add(deviation, hn::Mul(weight, sum));
+  }
+  pair.deviation = sum_of(deviation) / (kChannels * count);
+  pair.spread = std::sqrt(sum_of(aa) / (kChannels * count));
+  return pair;
+}
+
+// Normal equations of one pairing: pose and gain are common to the channels, an offset belongs to one.
+struct NormalSums {
+  static constexpr int kCommon = 7;
+  V4 common[kCommon * (kCommon + 1) / 2];  // lower triangle, by rows
+  V4 offset[kChannels][kCommon + 1];       // last: of the offset with itself
+  V4 slope[kCommon];                       // of the cost
+  V4 slope_offset[kChannels];
+  V4 squares;  // weighted, of the residuals
+
+  NormalSums() {
+    const V4 zero = hn::Zero(d4);
+    for (V4& v : common) v = zero;
+    for (auto& channel : offset) {
+      for (V4& v : channel) v = zero;
+    }
+    for (V4& v : slope) v = zero;
+    for (V4& v : slope_offset) v = zero;
+    squares = zero;
+  }
+
+  HWY_INLINE void add(int channel, const V4 (&J)[kCommon], V4 residual, V4 weight) {
+    V4 wJ[kCommon];
+    for (int k = 0; k < kCommon; ++k) wJ[k] = hn::Mul(weight, J[k]);
+    int at = 0;
+    for (int k = 0; k < kCommon; ++k) {
+      for (int l = 0; l <= k; ++l, ++at) common[at] = hn::Add(common[at], hn::Mul(wJ[k], J[l]));
+    }
+    // The derivative with respect to the channel's offset is -1.
+    for (int k = 0; k < kCommon; ++k) {
+      offset[channel][k] = hn::Sub(offset[channel][k], wJ[k]);
+      slope[k] = hn::Sub(slope[k], hn::Mul(wJ[k], residual));
+    }
+    offset[channel][kCommon] = hn::Add(offset[channel][kCommon], weight);
+    const V4 wr = hn::Mul(weight, residual);
+    slope_offset[channel] = hn::Add(slope_offset[channel], wr);
+    squares = hn::Add(squares, hn::Mul(wr, residual));
+  }
+
+  // Adds the pose's part, gain and offsets eliminated (Schur complement).
+  void reduce_into(Matrix6& H, Vector6& g) const {
+    Matrix10 N = Matrix10::Zero();
+    Vector10 q;
+    int at = 0;
+    for (int k = 0; k < kCommon; ++k) {
+      for (int l = 0; l <= k; ++l, ++at) N(k, l) = sum_of(common[at]);
+      q[k] = sum_of(slope[k]);
+    }
+    for (int c = 0; c < kChannels; ++c) {
+      for (int k = 0; k <= kCommon; ++k) N(kCommon + c, k < kCommon ? k : kCommon + c) = sum_of(offset[c][k]);
+      q[kCommon + c] = sum_of(slope_offset[c]);
+    }
+    N.triangularView<Eigen::StrictlyUpper>() = N.transpose();
+    Eigen::Matrix4d L = N.bottomRightCorner<4, 4>();
+    for (int k = 0; k < 4; ++k) L(k, k) += 1e-6 * L(k, k) + 1e-9;
+    const Eigen::LDLT<Eigen::Matrix4d> light(L);
+    const Eigen::Matrix<double, 4, 6> E = N.bottomLeftCorner<4, 6>();
+    H += N.topLeftCorner<6, 6>() - E.transpose() * light.solve(E);
+    g += q.head<6>() - E.transpose() * light.solve(Eigen::Vector4d(q.tail<4>()));
+  }
+};
+
+struct NormalEquations {
+  Matrix6 H = Matrix6::Zero();
+  Vector6 g = Vector6::Zero();
+  double squares = 0;    // sum of weighted squared residuals
+  double residuals = 0;  // how many
+  double cost = 0;       // Alignment::cost
+};
+
+double cost_of(const Pairing& pair) {
+  constexpr double kNoise = 4;       // spread of a bare wall
+  constexpr double kUnusable = 1.0;  // as bad as an unrelated place
+  return pair.usable() ? pair.deviation / (pair.spread + kNoise) : kUnusable;
+}
+
+// The slopes of a camera's colours with the pose increment.
+void pose_slopes(const Projection& at, const RefineSamples& samples, int i, V4 (&J)[kChannels][6]) {
+  V4 slope_u[kChannels];
+  V4 slope_v[kChannels];
+  load_channels(samples.slope_u.data() + 4 * static_cast<std::size_t>(i), slope_u);
+  load_channels(samples.slope_v.data() + 4 * static_cast<std::size_t>(i), slope_v);
+  for (int c = 0; c < kChannels; ++c) {
+    for (int k = 0; k < 6; ++k) {
+      J[c][k] = hn::Add(hn::Mul(slope_u[c], at.du[k]), hn::Mul(slope_v[c], at.dv[k]));
+    }
+  }
+}
+
+NormalEquations linearize(const Level& level, const Transform& T_H_M) {
+  constexpr double kUnitOfGain = 50;  // brings the gain's column to the size of the others
+  const View left = level.left(T_H_M);
+  const View right = level.right(T_H_M);
+  sample_points(level.model, level.points, left, level.workspace.left);
+  sample_points(level.model, level.points, right, level.workspace.right);
+  NormalEquations result;
+  Pairing pairs[kPairings];
+  V4 gain[kPairings];
+  V4 offset[kPairings][kChannels];
+  V4 scale_squared[kPairings];
+  for (int name = 0; name < kPairings; ++name) {
+    const Pairing& pair = pairs[name] = fit_light(level, name);
+    result.cost += cost_of(pair);
+    gain[name] = set(pair.gain);
+    for (int c = 0; c < kChannels; ++c) offset[name][c] = set(pair.offset[c]);
+    const double scale = 1.5 * pair.deviation + 0.5;  // residuals much beyond it count little
+    scale_squared[name] = set(scale * scale);
+  }
+  const V4 unit = set(-1 / kUnitOfGain);
+  NormalSums sums[kPairings];
+  for (int i = 0; i < level.points; i += kLanes) {
+    V4 J_left[kChannels][6];
+    V4 J_right[kChannels][6];
+    pose_slopes(project_four(left, level.model, i), level.workspace.left, i, J_left);
+    pose_slopes(project_four(right, level.model, i), level.workspace.right, i, J_right);
+    for (int name = 0; name < kPairings; ++name) {
+      V4 a[kChannels];
+      V4 b[kChannels];
+      V4 seen;
+      level.load(name, i, a, b, seen);
+      for (int c = 0; c < kChannels; ++c) {
+        const V4 residual = hn::Sub(hn::Sub(a[c], hn::Mul(gain[name], b[c])), offset[name][c]);
+        const V4 weight =  // Cauchy
+            hn::Div(seen, hn::Add(scale_squared[name], hn::Mul(residual, residual)));
+        V4 J[NormalSums::kCommon];
+        for (int k = 0; k < 6; ++k) {
+          J[k] = name == kRightPhoto  ? J_right[c][k]
+                 : name == kLeftPhoto ? J_left[c][k]
+                                      : hn::Sub(J_left[c][k], hn::Mul(gain[name], J_right[c][k]));
+        }
+        J[6] = hn::Mul(unit, b[c]);
+        sums[name].add(c, J, residual, weight);
+      }
+    }
+  }
+  for (int name = 0; name < kPairings; ++name) {
+    if (!pairs[name].usable()) continue;
+    sums[name].reduce_into(result.H, result.g);
+    result.squares += sum_of(sums[name].squares);
+    result.residuals += kChannels * pairs[name].points;
+  }
+  return result;
+}
 
 Vector3 limited(const Vector3& step, double limit) {
   const double length = std::sqrt(step.squaredNorm());
@@ -241,32 +502,43 @@ Vector3 limited(const Vector3& step, double limit) {
 }  // namespace
 
 double alignment_cost(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
-                      const ColourPyramid& right, int level, int points, RefineWorkspace& workspace,
+                      const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& workspace,
                       const Transform& T_H_M) {
-  constexpr double kNoise = 4;       // spread of a bare wall
-  constexpr double kUnusable = 1.0;  // as bad as an unrelated place
-  const Level at(model, rig, left, right, level, points, workspace);
-  at.sample(T_H_M);
+  const Level level(model, rig, left, right, pass, workspace);
+  sample_points(model, level.points, level.left(T_H_M), workspace.left);
+  sample_points(model, level.points, level.right(T_H_M), workspace.right);
   double cost = 0;
-  at.for_each_pairing([&](auto&& a, auto&& b, auto&& seen, auto&&) {
-    const Pairing pair = fit_light(at.points, a, b, seen);
-    cost += pair.usable ? pair.deviation / (pair.spread + kNoise) : kUnusable;
-  });
+  for (int name = 0; name < kPairings; ++name) cost += cost_of(fit_light(level, name));
   return cost;
+}
+
+Alignment assess_alignment(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
+                           const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& workspace,
+                           const Transform& T_H_M) {
+  // Neighbouring points share noise and model errors, and the third pairing repeats the noise of the other
+  // two: the residuals are worth fewer independent ones (docs/refine.md).
+  constexpr double kResidualsForOne = 12;
+  const Level level(model, rig, left, right, pass, workspace);
+  NormalEquations normal = linearize(level, T_H_M);
+  Alignment result;
+  result.cost = normal.cost;
+  const double variance =
+      normal.residuals > 0 ? kResidualsForOne * normal.squares / normal.residuals : kResidualsForOne;
+  // A prior of a metre and a radian or so: what nothing fixes stays finite.
+  for (int k = 0; k < 6; ++k) normal.H(k, k) += variance * (k < 3 ? 1e-6 : 1.0);
+  const Matrix6 J = pose_jacobian(T_H_M);
+  result.covariance = variance * (J * normal.H.ldlt().solve(Matrix6::Identity()) * J.transpose());
+  return result;
 }
 
 void refine_photo_pose(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
                        const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& workspace,
                        Transform& T_H_M) {
-  const Level at(model, rig, left, right, pass.level, pass.points, workspace);
+  const Level level(model, rig, left, right, pass, workspace);
   for (int iteration = 0; iteration < pass.iterations; ++iteration) {
-    at.sample(T_H_M);
-    Matrix6 H = Matrix6::Zero();
-    Vector6 g = Vector6::Zero();
-    at.for_each_pairing(
-        [&](auto&& a, auto&& b, auto&& seen, auto&& row) { add_pairing(at.points, a, b, seen, row, H, g); });
-    for (int k = 0; k < 6; ++k) H(k, k) += 1e-4 * H(k, k) + 1e-9;
-    const Vector6 step = H.ldlt().solve(g);
+    NormalEquations normal = linearize(level, T_H_M);
+    for (int k = 0; k < 6; ++k) normal.H(k, k) += 1e-4 * normal.H(k, k) + 1e-9;
+    const Vector6 step = normal.H.ldlt().solve(normal.g);
     const Vector3 move = limited(step.head<3>(), kMaxStep_mm);
     const Vector3 turn = limited(step.tail<3>(), kMaxStep_rad);
     // A small turn w is the quaternion vector w / 2, to third order; exactness does not matter to an

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 #include "algo/camera_model.hpp"
 #include "algo/colour_pyramid.hpp"
@@ -17,28 +16,27 @@
 
 namespace vergence {
 
-inline constexpr int kMaxRefinePoints = 1024;
-
-// One pass: `iterations` steps on the first `points` points of S_in at a level of the pyramids.
+// One pass: `iterations` steps on the first `points` points of S_in at a level of the pyramids. Points are
+// taken in fours, and kMaxRefinePoints at most.
 struct RefinePass {
   int level;
   int points;
   int iterations;
 };
 
-// What a step needs to know of each point and camera.
-struct RefineSample {
-  Vector3 value;                   // luma, 2 cb, 2 cr, centred on 128
-  Vector3 slope_u;                 // their change a pixel to the right
-  Vector3 slope_v;                 // and down
-  Eigen::Matrix<double, 6, 1> du;  // change of the pixel coordinates with the pose increment
-  Eigen::Matrix<double, 6, 1> dv;
-  bool visible = false;
+// What one camera sees at the points: four floats a point (luma, 2 cb, 2 cr, centred on 128; and 0), their
+// change a pixel to the right and down, and a weight (0: not in the image, or not of the target).
+struct RefineSamples {
+  alignas(64) std::array<float, 4 * kMaxRefinePoints> value;
+  alignas(64) std::array<float, 4 * kMaxRefinePoints> slope_u;
+  alignas(64) std::array<float, 4 * kMaxRefinePoints> slope_v;
+  alignas(64) std::array<float, kMaxRefinePoints> weight;
 };
 
 struct RefineWorkspace {
-  std::array<RefineSample, kMaxRefinePoints> left;
-  std::array<RefineSample, kMaxRefinePoints> right;
+  RefineSamples left;
+  RefineSamples right;
+  alignas(64) std::array<float, 4 * kMaxRefinePoints> photo;
 };
 
 // Improves T_H_M. The pose increment is [translation in mm; rotation vector] in the target frame; one step
@@ -47,11 +45,23 @@ void refine_photo_pose(const PhotoModel& model, const StereoRig& rig, const Colo
                        const ColourPyramid& right, const RefinePass& pass, RefineWorkspace& workspace,
                        Transform& T_H_M);
 
-// How badly the pose explains the images at a level: for each pairing the mean absolute residual over the
-// spread of the colours, summed over the three; 0 is perfect, 3 no better than any other place. The measure
-// that refinement must never make worse.
+// How badly a pose explains the images, and how well it is fixed by them.
+struct Alignment {
+  // For each pairing the mean absolute residual over the spread of the colours, summed over the three; 0 is
+  // perfect, 3 no better than any other place. The measure that refinement must never make worse.
+  double cost = 3;
+  // Covariance of [x y z e1 e2 e3] of T_H_M (mm, 1), from the normal equations and the residuals; large, not
+  // infinite, where the images fix nothing.
+  Matrix6 covariance = Matrix6::Zero();
+};
+
 [[nodiscard]] double alignment_cost(const PhotoModel& model, const StereoRig& rig, const ColourPyramid& left,
-                                    const ColourPyramid& right, int level, int points,
+                                    const ColourPyramid& right, const RefinePass& pass,
                                     RefineWorkspace& workspace, const Transform& T_H_M);
+
+[[nodiscard]] Alignment assess_alignment(const PhotoModel& model, const StereoRig& rig,
+                                         const ColourPyramid& left, const ColourPyramid& right,
+                                         const RefinePass& pass, RefineWorkspace& workspace,
+                                         const Transform& T_H_M);
 
 }  // namespace vergence

@@ -291,7 +291,7 @@ Transform Tracker::refine_best() {
     refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
   };
   const auto cost = [this](const RefinePass& pass, const Transform& T) {
-    return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass.level, pass.points, workspace_, T);
+    return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
   };
   if (state_ != TrackState::kTracking) {
     // Three guesses: the fittest, its mirror image, and the fittest of those elsewhere.

@@ -23,7 +23,7 @@ struct Stage {
     refine_photo_pose(photo, world.rig, left, right, pass, workspace, T);
   }
   double cost(int level, const Transform& T) {
-    return alignment_cost(photo, world.rig, left, right, level, 500, workspace, T);
+    return alignment_cost(photo, world.rig, left, right, {level, 500, 0}, workspace, T);
   }
 
   World world;
