@@ -34,7 +34,8 @@ bool counts(const Observation& seen, Part part) {
   if (!seen.tracking() || !seen.result.error) return false;
   switch (part) {
     case Part::kLocked: return seen.tracked_for >= 1;
-    case Part::kFlat: return seen.result.stage != Stage::kRelief && seen.tracked_for < kLearned_frames;
+    case Part::kFlat:
+      return seen.found() && seen.result.stage != Stage::kRelief && seen.tracked_for < kLearned_frames;
     case Part::kRelief: return seen.tracked_for >= kLearned_frames;
   }
   return false;
@@ -105,7 +106,7 @@ std::vector<Claim> cold_claims(const std::string& what, const std::vector<Case>&
     looks += o.attempt == 0 ? 1 : 0;
     at_once += o.attempt == 0 && o.locked() ? 1 : 0;
     soon += o.locked() ? 1 : 0;  // the last attempt, where it is
-    false_locks += o.tracking() && !o.right() ? 1 : 0;
+    false_locks += o.tracking() && !o.found() ? 1 : 0;
   }
   if (looks == 0) return {};
   const std::string wrong = format("; %zu frames tracked at a wrong pose", false_locks);
@@ -113,6 +114,21 @@ std::vector<Claim> cold_claims(const std::string& what, const std::vector<Case>&
            format("%.1f %% of %zu", percent(at_once, looks), looks) + wrong, percent(at_once, looks) >= 95},
           {what + ", within 3 frames", "100 %", format("%.1f %% of %zu", percent(soon, looks), looks),
            soon == looks}};
+}
+
+std::vector<ColdRow> cold_rows(const std::vector<Case>& cases, const std::vector<Observation>& seen) {
+  std::vector<ColdRow> rows(cases.size());
+  for (std::size_t i = 0; i < cases.size(); ++i) rows[i].name = cases[i].set.name;
+  for (const Observation& o : seen) {
+    ColdRow& row = rows[o.case_index];
+    if (cases[o.case_index].task != Task::kCold) continue;
+    row.looks += o.attempt == 0 ? 1 : 0;
+    row.at_once += o.attempt == 0 && o.locked() ? 1 : 0;
+    row.soon += o.locked() ? 1 : 0;
+    row.false_locks += o.tracking() && !o.found() ? 1 : 0;
+  }
+  std::erase_if(rows, [](const ColdRow& row) { return row.looks == 0; });
+  return rows;
 }
 
 Claim relock_claim(const std::string& what, const std::vector<Case>& cases,

@@ -31,7 +31,7 @@ struct ErrorRow {
 // Which frames of a run count.
 enum class Part {
   kLocked,  // tracked, and in the frame before too
-  kFlat,    // of a photo-model: on the flat model still, cold frames included
+  kFlat,    // of a photo-model: found, on the flat model still, cold frames included
   kRelief,  // tracked for a second or more: the relief is learned
 };
 inline constexpr int kLearned_frames = 30;
@@ -62,6 +62,16 @@ struct ErrorReport {
 // Looks from nothing: share found in the first frame, and within three.
 [[nodiscard]] std::vector<Claim> cold_claims(const std::string& what, const std::vector<Case>& cases,
                                              const std::vector<Observation>& seen, const std::string& group);
+// The same by data set, all groups.
+struct ColdRow {
+  std::string name;
+  std::size_t looks = 0;
+  std::size_t at_once = 0;
+  std::size_t soon = 0;         // within three frames
+  std::size_t false_locks = 0;  // frames tracked where the target is not
+};
+[[nodiscard]] std::vector<ColdRow> cold_rows(const std::vector<Case>& cases,
+                                             const std::vector<Observation>& seen);
 // After each event, found again within three frames.
 [[nodiscard]] Claim relock_claim(const std::string& what, const std::vector<Case>& cases,
                                  const std::vector<Observation>& seen, const std::string& group);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/accuracy/observation.hpp"
 #include "tools/run/estimator.hpp"
 
 namespace vergence::accuracy {
@@ -27,17 +28,13 @@ struct StudyPlan {
   int threads = 0;  // 0: all cores
 };
 
-// Found means: within the thesis's own bounds, 10 mm and 0.15 [5.5].
-inline constexpr double kFound_mm = 10;
-inline constexpr double kFound_e = 0.15;
-
 // One data set, way and number of generations, over all seeds.
 struct StudyRow {
   std::string dataset;
   Way way;
   int generations = 0;
   int runs = 0;
-  int found = 0;              // runs that found the target in some frame
+  int found = 0;              // runs that found (kFound_mm, kFound_e) the target in some frame
   double frames_to_find = 0;  // median of these
   // Of all frames from there on.
   Vector3 rms_mm = Vector3::Zero();

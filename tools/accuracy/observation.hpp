@@ -9,8 +9,10 @@
 
 namespace vergence::accuracy {
 
-// A pose is right within the thesis's 10 mm [5.5] and a third of its 0.15: the target, and not some other
-// thing.
+// A target is found within the thesis's own bounds [5.5]: it is that target, and not some other thing.
+inline constexpr double kFound_mm = 10;
+inline constexpr double kFound_e = 0.15;
+// A pose is right within the same distance and a third of that turn.
 inline constexpr double kRight_mm = 10;
 inline constexpr double kRight_e = 0.05;
 // And precise so near that a gripper would not miss.
@@ -28,10 +30,11 @@ struct Observation {
   [[nodiscard]] bool within(double mm, double e) const {
     return result.error && result.error->position_mm.norm() <= mm && result.error->e <= e;
   }
+  [[nodiscard]] bool found() const { return within(kFound_mm, kFound_e); }
   [[nodiscard]] bool right() const { return within(kRight_mm, kRight_e); }
   [[nodiscard]] bool precise() const { return within(kPrecise_mm, kPrecise_e); }
-  // Found, and it is.
-  [[nodiscard]] bool locked() const { return tracking() && right(); }
+  // Said to be found, and it is.
+  [[nodiscard]] bool locked() const { return tracking() && found(); }
 };
 
 }  // namespace vergence::accuracy

@@ -176,6 +176,7 @@ SuiteResult run_suite(const SuiteOptions& options, const Told& progress) {
     add_claims(absent_claims("marker not there", cases, seen, kAbsentMarker));
     add_claims(absent_claims("solid not there", cases, seen, kAbsentPhoto));
   }
+  result.cold = cold_rows(cases, seen);
   judge_confidence(seen, result);
   judge_covariance(cases, seen, result);
   if (options.parts.time) measure_time(options, progress, result);

@@ -40,6 +40,7 @@ struct ConsistencyRow {
 struct SuiteResult {
   std::vector<Claim> claims;
   std::vector<ErrorReport> errors;
+  std::vector<ColdRow> cold;
   std::vector<StudyRow> study;
   std::vector<TimingRow> timing;
   std::vector<ConsistencyRow> consistency;
