@@ -1,5 +1,5 @@
-// The accuracy suite judges rightly: bounds, locks, confidence and covariance, on observations made up for it; and
-// its list of data sets is in order.
+// The accuracy suite judges rightly: bounds, locks, confidence and covariance, on observations made up for
+// it; and its list of data sets is in order.
 #include "tools/accuracy/case.hpp"
 #include "tools/accuracy/claims.hpp"
 #include "tools/accuracy/consistency.hpp"
@@ -186,12 +186,14 @@ TEST(Cases, HaveNamesOfTheirOwnAndScenesThatExist) {
     }
     for (const RenderedSet& set : sets) {
       EXPECT_GT(set.frames, 0) << set.name;
-      EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(VERGENCE_SCENES) / (set.scene + ".toml"))) << set.name;
+      EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(VERGENCE_SCENES) / (set.scene + ".toml")))
+          << set.name;
       const auto [entry, is_new] = patch_of.emplace(set.name, set.scene + "\n" + set.patch);
       EXPECT_EQ(entry->second, set.scene + "\n" + set.patch) << set.name << " stands for two";
     }
     for (const Case& what : absent_cases(size)) {
-      if (!what.model_of.empty()) EXPECT_EQ(patch_of.count(what.model_of), 1U) << what.model_of;
+      if (what.model_of.empty()) continue;
+      EXPECT_EQ(patch_of.count(what.model_of), 1U) << what.model_of;
     }
   }
 }

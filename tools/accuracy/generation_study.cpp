@@ -71,13 +71,7 @@ StudyRow study_row(const tools::Dataset& dataset, const std::vector<Pair>& frame
 }  // namespace
 
 std::string Way::name() const {
-  if (method == Method::kThesis) return "thesis";
-  switch (last_stage) {
-    case Stage::kEvolved: return "evolved";
-    case Stage::kRefined: return "refined";
-    case Stage::kRelief: return "relief";
-  }
-  return "";
+  return method == Method::kThesis ? "thesis" : tools::to_string(last_stage);
 }
 
 std::vector<Way> ways_for(TargetKind kind) {

@@ -17,6 +17,22 @@ constexpr int kRehearsals = 3;
 
 }  // namespace
 
+const char* to_string(Stage stage) {
+  switch (stage) {
+    case Stage::kEvolved: return "evolved";
+    case Stage::kRefined: return "refined";
+    case Stage::kRelief: return "relief";
+  }
+  return "unknown";
+}
+
+std::optional<Stage> parse_stage(std::string_view name) {
+  for (const Stage stage : {Stage::kEvolved, Stage::kRefined, Stage::kRelief}) {
+    if (name == to_string(stage)) return stage;
+  }
+  return {};
+}
+
 PoseError pose_error(const Pose& estimate, const Pose& truth) {
   return {estimate.position_mm - truth.position_mm, multiply_quaternion_vectors(-truth.e, estimate.e).norm(),
           estimate.e - truth.e};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "algo/tracker.hpp"
 #include "tools/io/dataset.hpp"
@@ -23,6 +24,10 @@ struct EstimateOptions {
   Stage last_stage = Stage::kRelief;  // later ones are left out, for comparison
   int photo_points = 1000;
 };
+
+// "evolved", "refined" or "relief", and back.
+[[nodiscard]] const char* to_string(Stage stage);
+[[nodiscard]] std::optional<Stage> parse_stage(std::string_view name);
 
 struct PoseError {
   Vector3 position_mm;
