@@ -57,7 +57,7 @@ class Estimator {
   [[nodiscard]] FrameResult run(const Frame& frame, const RgbImage& left, const RgbImage& right,
                                 std::uint64_t draw, double later_s);
   [[nodiscard]] const Tracker& tracker() const { return *tracker_; }
-  // As the tracker has it now, relief included.
+  // What the tracker looks for: the one place to change where it learns more than was built.
   [[nodiscard]] const PhotoModel& photo_model() const { return *photo_; }
   [[nodiscard]] const MarkerModel& marker_model() const { return *marker_; }
   void forget() { tracker_->forget(); }
