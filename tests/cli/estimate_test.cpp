@@ -58,6 +58,30 @@ TEST(Estimate, FindsTheCardInEveryFrame) {
   }
 }
 
+TEST(Estimate, StatesStageAndCovarianceOfThePose) {
+  const TempDirectory directory;
+  write_small_photo_dataset(directory.path());
+  for (const char* stage : {"evolved", "refined", "relief"}) {
+    for (const Json& line : estimate(directory, std::string("--frames 0 --set-stage ") + stage)) {
+      ASSERT_EQ(line["covariance"].size(), 36U);
+      double diagonal = 0;
+      for (unsigned row = 0; row < 6; ++row) {
+        for (unsigned column = 0; column < 6; ++column) {
+          EXPECT_EQ(line["covariance"][6 * row + column], line["covariance"][6 * column + row]);
+        }
+        EXPECT_GE(line["covariance"][7 * row], 0.0);
+        diagonal += line["covariance"][7 * row].get<double>();
+      }
+      // A covariance comes with refinement and not before.
+      EXPECT_EQ(line["stage"] == "evolved", diagonal == 0);
+      if (std::string(stage) == "evolved") {
+        EXPECT_EQ(line["stage"], "evolved");
+      }
+      EXPECT_NE(line["stage"], std::string(stage) == "refined" ? "relief" : "");
+    }
+  }
+}
+
 TEST(Estimate, FindsTheMarker) {
   const TempDirectory directory;
   write_small_marker_dataset(directory.path());
@@ -181,7 +205,7 @@ TEST(FitnessMap, NeedsGnuplotForPicturesAndSaysSo) {
 }
 
 TEST(Help, IsThereForEveryCommand) {
-  for (const char* command : {"", "estimate", "fitness-map", "model", "bench"}) {
+  for (const char* command : {"", "estimate", "fitness-map", "model", "render", "bench", "accuracy"}) {
     const CommandResult result = run_vergence(std::string(command) + " --help");
     EXPECT_EQ(result.status, 0) << command;
     EXPECT_NE(result.output.find("Usage: vergence"), std::string::npos) << result.output;

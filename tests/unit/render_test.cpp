@@ -2,6 +2,7 @@
 // sphere's outline lies, what two eyes triangulate, where the model frame is; and it must render the same
 // bytes always.
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -335,6 +336,89 @@ TEST(Render, SwingIsATriangleOfTheAngle) {
   EXPECT_NEAR(degrees(40 / 9.0), 20, 1e-6);
   EXPECT_NEAR(degrees(3 * 40 / 9.0), -20, 1e-6);
   EXPECT_NEAR(degrees(4 * 40 / 9.0), 0, 1e-6);
+}
+
+TEST(Render, PatchesStandInPlaceOfWhatTheSceneSays) {
+  SceneOverrides overrides;
+  overrides.patch = "light.lux = 80\n[motion]\npose = [1, 2, 600, 0, 0, 0]\n";
+  const Scene scene = scene_of(std::string(kMarker) + "[light]\nlux = 500\nambient = 0.2\n", overrides);
+  EXPECT_DOUBLE_EQ(scene.lights.front().light.lux, 80);
+  EXPECT_DOUBLE_EQ(scene.lights.front().light.ambient, 0.2) << "what is not named stays";
+  EXPECT_DOUBLE_EQ(scene.target_motion.at(0).position_mm[2], 600);
+  overrides.patch = "light.lux = bright";
+  EXPECT_THROW((void)scene_of(kMarker, overrides), tools::InputError);
+  overrides.patch = "light.luxx = 3";
+  EXPECT_THROW((void)scene_of(kMarker, overrides), tools::InputError);
+}
+
+TEST(Render, HiddenTargetsLeaveNeitherPictureNorTruth) {
+  const std::string small =
+      "[image]\nwidth = 160\nheight = 120\nfps = 10\n[rig]\nfx = 200\n[camera]\nnoise = false\n";
+  const Scene scene = scene_of(small + kMarker + "hidden_s = [0.1, 0.3]\n");
+  const Scene empty = scene_of(small + kMarker + "absent = true\n");
+  const auto picture = [](const Scene& from, double t_s) {
+    tools::RgbImage image;
+    render_eye(from, state_at(from, t_s), Eye::kLeft, 1, image);
+    return image.data;
+  };
+  const auto bare = picture(empty, 0);
+  EXPECT_NE(picture(scene, 0.0), bare);
+  EXPECT_EQ(picture(scene, 0.1), bare);
+  EXPECT_EQ(picture(scene, 0.2), bare);
+  EXPECT_NE(picture(scene, 0.3), bare);
+  write_dataset(scene, scratch("set"), 4, 1, [] {});
+  std::ifstream truth(scratch("set") / "truth.csv");
+  std::string line;
+  std::set<std::string> frames;
+  std::getline(truth, line);
+  while (std::getline(truth, line)) frames.insert(line.substr(0, line.find(',')));
+  EXPECT_EQ(frames, (std::set<std::string>{"0", "3"}));
+}
+
+TEST(Render, RandomPosesInViewAreSeenWholeByBothEyes) {
+  const std::string random =
+      "[motion]\nkind = \"random\"\npose = [0, 0, 500, 0, 0, 0]\namplitude = [180, 180, 180, 0.35, 0.35, "
+      "0.35]\n";
+  const Scene any = scene_of(kMarker + random);
+  const Scene scene = scene_of(kMarker + random + "in_view = true\n");
+  int beside = 0;
+  int kept = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    const Pose pose = scene.target_motion.at(frame / 30.0);
+    const auto seen = [&](const CameraModel& camera, const Pose& at, double margin_px) {
+      const Transform T_C_M = target_in_camera(camera, to_transform(at));
+      for (const Vertex& vertex : scene.target.mesh.vertices) {
+        Vector2 uv;
+        if (!project(camera, T_C_M * vertex.position_mm, uv) || uv[0] < margin_px || uv[1] < margin_px ||
+            uv[0] > camera.width_px - margin_px || uv[1] > camera.height_px - margin_px) {
+          return false;
+        }
+      }
+      return true;
+    };
+    EXPECT_TRUE(seen(scene.rig.left, pose, 1) && seen(scene.rig.right, pose, 1)) << frame;
+    const Pose free = any.target_motion.at(frame / 30.0);
+    const bool whole = seen(scene.rig.left, free, 5) && seen(scene.rig.right, free, 5);
+    beside += whole ? 0 : 1;
+    // A pose that was in view from the first draw stays what it was.
+    if (whole && free.position_mm == pose.position_mm) ++kept;
+  }
+  EXPECT_GT(beside, 10);
+  EXPECT_EQ(kept, 60 - beside);
+}
+
+TEST(Render, BoardsAreAsThinAsTheySay) {
+  const Scene scene =
+      scene_of(std::string(kMarker) + "[[occluder]]\nwidth_mm = 300\ndepth_mm = 4\nlength_mm = 200\n");
+  double depth_mm = 0;
+  double width_mm = 0;
+  for (const Vertex& vertex : scene.occluders.front().mesh.vertices) {
+    depth_mm = std::max(depth_mm, 2 * std::abs(vertex.position_mm[2]));
+    width_mm = std::max(width_mm, 2 * std::abs(vertex.position_mm[0]));
+    EXPECT_NEAR(vertex.normal.norm(), 1, 1e-9);
+  }
+  EXPECT_NEAR(depth_mm, 4, 0.1);
+  EXPECT_NEAR(width_mm, 300, 1);
 }
 
 TEST(Render, BadScenesAreRefusedByFileAndKey) {

@@ -27,6 +27,7 @@ struct Options {
   EstimateOptions estimate;
   std::string method = "vergence";
   std::string coding;
+  std::string stage = "relief";
   std::optional<double> mutation;
   std::optional<double> min_saturation;
   std::string json;
@@ -40,6 +41,7 @@ EstimateOptions estimate_options(const Options& options) {
   if (!options.coding.empty()) {
     result.coding = options.coding == "gray" ? GeneCoding::kGray : GeneCoding::kBinary;
   }
+  result.last_stage = *parse_stage(options.stage);
   if (options.mutation) result.mutation_per_1024 = static_cast<int>(*options.mutation * 1024 + 0.5);
   if (options.min_saturation) {
     result.min_saturation_permille = static_cast<int>(*options.min_saturation * 1000 + 0.5);
@@ -171,6 +173,9 @@ void add_estimate_command(CLI::App& app) {
   tuning("--set-coding", options->coding, "Of the genes: gray or binary")
       ->check(CLI::IsMember({"gray", "binary"}));
   tuning("--set-mutation", options->mutation, "Probability of a bit to flip")->check(within(0.0, 1.0));
+  tuning("--set-stage", options->stage, "Last stage of a pose: evolved, refined, or relief (the learned one)")
+      ->check(CLI::IsMember({"evolved", "refined", "relief"}))
+      ->capture_default_str();
   tuning("--set-min-saturation", options->min_saturation, "Pixels below it have no hue")
       ->check(within(0.0, 1.0));
   command->footer(

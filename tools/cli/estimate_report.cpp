@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 
 namespace vergence::tools {
@@ -14,6 +15,13 @@ std::string format(const char* pattern, Values... values) {
   char text[256];
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
+}
+
+// Standard deviation along three axes together; nothing where the pose has no covariance.
+std::optional<double> sigma(const Estimate& estimate, int first) {
+  const double variance = estimate.covariance.diagonal().segment<3>(first).sum();
+  if (!(variance > 0)) return {};
+  return std::sqrt(variance);
 }
 
 bool is_locked(const FrameResult& result) {
@@ -54,15 +62,23 @@ void print_errors(std::ostream& out, const std::vector<FrameResult>& results) {
 void EstimateTable::print(const FrameResult& result) {
   if (!started_) {
     started_ = true;
-    out_ << " frame     x_mm     y_mm     z_mm       e1       e2       e3  fitness   conf  state          ms"
+    out_ << " frame     x_mm     y_mm     z_mm  +- mm       e1       e2       e3    +- e  fitness   conf  "
+            "state      "
+            "    ms"
          << (with_error_ ? "   err_mm    err_e" : "") << '\n';
   }
   const Estimate& estimate = result.estimate;
   const Vector3& p = estimate.pose.position_mm;
   const Vector3& e = estimate.pose.e;
-  out_ << format("%6d %8.1f %8.1f %8.1f %8.3f %8.3f %8.3f %8.3f %6.2f  %-9s %7.2f", result.frame, p.x(),
-                 p.y(), p.z(), e.x(), e.y(), e.z(), estimate.fitness, estimate.confidence,
-                 to_string(estimate.state), result.compute_ms);
+  const auto plus_minus = [&](int first, const char* pattern, const char* none) {
+    const auto value = sigma(estimate, first);
+    return value ? format(pattern, *value) : std::string(none);
+  };
+  out_ << format("%6d %8.1f %8.1f %8.1f", result.frame, p.x(), p.y(), p.z())
+       << plus_minus(0, " %6.2f", "      -") << format(" %8.3f %8.3f %8.3f", e.x(), e.y(), e.z())
+       << plus_minus(3, " %7.4f", "       -")
+       << format(" %8.3f %6.2f  %-9s %7.2f", estimate.fitness, estimate.confidence, to_string(estimate.state),
+                 result.compute_ms);
   if (result.error) out_ << format(" %8.2f %8.4f", result.error->position_mm.norm(), result.error->e);
   out_ << std::endl;
 }
@@ -71,11 +87,17 @@ std::string to_json(const FrameResult& result, std::uint64_t seed) {
   const Estimate& estimate = result.estimate;
   const Vector3& p = estimate.pose.position_mm;
   const Vector3& e = estimate.pose.e;
+  std::vector<double> covariance;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) covariance.push_back(estimate.covariance(row, column));
+  }
   nlohmann::ordered_json json = {
       {"frame", result.frame},
       {"t_s", result.t_s},
       {"pose",
        {{"x_mm", p.x()}, {"y_mm", p.y()}, {"z_mm", p.z()}, {"e1", e.x()}, {"e2", e.y()}, {"e3", e.z()}}},
+      {"covariance", covariance},
+      {"stage", to_string(result.stage)},
       {"fitness", estimate.fitness},
       {"confidence", estimate.confidence},
       {"state", to_string(estimate.state)},

@@ -14,6 +14,24 @@ const cv::Scalar kWhite(255, 255, 255);
 const cv::Scalar kEstimate(255, 0, 255);
 constexpr int kPointsShown = 160;  // of S_in; its first ones are spread over the target
 
+// Depths of the relief, and their colours: near is yellow, far is blue.
+struct ReliefScale {
+  double near_mm = 0;
+  double far_mm = 0;
+
+  [[nodiscard]] bool is_flat() const { return far_mm - near_mm < 1e-3; }
+  [[nodiscard]] cv::Scalar colour(double z_mm) const {
+    const double t = std::clamp((z_mm - near_mm) / (far_mm - near_mm), 0.0, 1.0);
+    // Brightness falls all the way, so that it reads in grey too.
+    return {255 * (1 - t) * (1 - 0.2 * t), 235 * (1 - t) + 40 * t, 40 + 190 * t};
+  }
+};
+
+ReliefScale relief_of(const PhotoModel& model) {
+  const auto [near_z, far_z] = std::minmax_element(model.z_mm.begin(), model.z_mm.begin() + model.inner);
+  return {*near_z, *far_z};
+}
+
 cv::Mat wrap(RgbImage& image) {
   return {image.height_px, image.width_px, CV_8UC3, image.data.data()};
 }
@@ -59,6 +77,24 @@ class EyePainter {
     const double radius = camera_.fx_px * ball.radius_mm / centre[2];
     cv::circle(image_, fixed_point(uv), static_cast<int>(std::min(radius, 1e4) * (1 << kShift)), colour,
                thickness, cv::LINE_AA, kShift);
+  }
+
+  // Around where the points fall in the picture.
+  void hull(const PhotoModel& model, const cv::Scalar& colour) {
+    std::vector<cv::Point2f> points;
+    for (unsigned k = 0; k < static_cast<unsigned>(model.inner); ++k) {
+      Vector2 uv;
+      if (!project(camera_, T_C_M_ * Vector3{model.x_mm[k], model.y_mm[k], model.z_mm[k]}, uv)) return;
+      points.emplace_back(static_cast<float>(uv[0]), static_cast<float>(uv[1]));
+    }
+    if (points.size() < 3) return;
+    std::vector<cv::Point2f> around;
+    cv::convexHull(points, around);
+    for (std::size_t i = 0; i < around.size(); ++i) {
+      const cv::Point2f& a = around[i];
+      const cv::Point2f& b = around[(i + 1) % around.size()];
+      cv::line(image_, fixed_point({a.x, a.y}), fixed_point({b.x, b.y}), colour, 1, cv::LINE_AA, kShift);
+    }
   }
 
   void axes(double length_mm) {
@@ -107,6 +143,23 @@ void label(cv::Mat image, const std::string& text) {
   cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, kWhite, 1, cv::LINE_AA);
 }
 
+void relief_legend(cv::Mat image, const ReliefScale& scale) {
+  constexpr int kWidth = 160;
+  constexpr int kHeight = 10;
+  constexpr int kLeft = 8;
+  constexpr int kTop = 24;
+  for (int x = 0; x < kWidth; ++x) {
+    const double z_mm = scale.near_mm + (scale.far_mm - scale.near_mm) * x / (kWidth - 1);
+    cv::line(image, {kLeft + x, kTop}, {kLeft + x, kTop + kHeight}, scale.colour(z_mm));
+  }
+  char text[80];
+  std::snprintf(text, sizeof text, "relief z %+.1f to %+.1f mm", scale.near_mm, scale.far_mm);
+  for (const auto& [colour, thickness] : {std::pair{cv::Scalar(0, 0, 0), 3}, std::pair{kWhite, 1}}) {
+    cv::putText(image, text, {kLeft, kTop - 7}, cv::FONT_HERSHEY_SIMPLEX, 0.45, colour, thickness,
+                cv::LINE_AA);
+  }
+}
+
 }  // namespace
 
 RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const FrameResult& result,
@@ -127,12 +180,16 @@ RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const 
     EyePainter painter(part, cameras[eye], to_transform(estimate.pose));
     if (dataset.target.kind == TargetKind::kPhoto) {
       const PhotoModel& model = estimator.photo_model();
+      const ReliefScale relief = relief_of(model);
+      if (!relief.is_flat() && eye == 0) relief_legend(part, relief);
       for (int i = 0; i < std::min(model.inner, kPointsShown); ++i) {
         const auto k = static_cast<unsigned>(i);
-        const cv::Scalar colour =
-            is_hue(model.hue[k]) ? colour_of_hue(hue_degrees(model.hue[k])) : cv::Scalar(128, 128, 128);
+        const cv::Scalar colour = !relief.is_flat()      ? relief.colour(model.z_mm[k])
+                                  : is_hue(model.hue[k]) ? colour_of_hue(hue_degrees(model.hue[k]))
+                                                         : cv::Scalar(128, 128, 128);
         painter.dot({model.x_mm[k], model.y_mm[k], model.z_mm[k]}, colour);
       }
+      painter.hull(model, kEstimate);
     } else {
       for (const Ball& ball : dataset.target.balls) painter.dot(ball.centre_mm, kWhite);
     }

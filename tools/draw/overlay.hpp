@@ -7,9 +7,10 @@
 
 namespace vergence::tools {
 
-// Left and right image side by side; over each, in magenta, the outline of the balls or of the photo's
-// rectangle, the balls' centres or some points of S_in in their hues, the target's axes (x red, y green, z
-// blue), and a line of text. The true outline, where it is known, is thin and white.
+// Left and right image side by side; over each, in magenta, the outline of the balls, or of the photo's
+// rectangle and (thin) of S_in as it is posed, relief included; the balls' centres or some points of S_in,
+// coloured by their relief with a legend, or by their hues where the model is flat; the target's axes (x red,
+// y green, z blue), and a line of text. The true outline, where it is known, is thin and white.
 [[nodiscard]] RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator,
                                     const FrameResult& result, const RgbImage& left, const RgbImage& right);
 

@@ -23,13 +23,33 @@ std::string range_text(Range range) {
   return "must lie in [" + shown(range.low) + ", " + shown(range.high) + "]";
 }
 
+void merge(toml::table& into, const toml::table& patch) {
+  for (const auto& [key, node] : patch) {
+    toml::table* old = into[key.str()].as_table();
+    if (old != nullptr && node.is_table()) {
+      merge(*old, *node.as_table());
+    } else {
+      into.insert_or_assign(key.str(), node);
+    }
+  }
+}
+
+toml::table parse_patch(const std::filesystem::path& file, const std::string& patch) {
+  try {
+    return toml::parse(patch);
+  } catch (const toml::parse_error& error) {
+    throw InputError(file, "change '" + patch + "'", std::string(error.description()),
+                     "not valid TOML; a text needs quotes: light.preset = \"30lx\"");
+  }
+}
+
 }  // namespace
 
 TomlReader::TomlReader(std::filesystem::path file, std::string prefix,
                        std::shared_ptr<const toml::table> root, const toml::table* table)
     : file_(std::move(file)), prefix_(std::move(prefix)), root_(std::move(root)), table_(table) {}
 
-TomlReader TomlReader::from_file(const std::filesystem::path& file) {
+TomlReader TomlReader::from_file(const std::filesystem::path& file, const std::string& patch) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
     throw InputError(file, "", "no such file", "expected a TOML file there");
@@ -38,7 +58,9 @@ TomlReader TomlReader::from_file(const std::filesystem::path& file) {
   text << in.rdbuf();
   if (!in) throw InputError(file, "", "cannot be read");
   try {
-    auto root = std::make_shared<const toml::table>(toml::parse(text.str()));
+    auto parsed = std::make_shared<toml::table>(toml::parse(text.str()));
+    if (!patch.empty()) merge(*parsed, parse_patch(file, patch));
+    std::shared_ptr<const toml::table> root = std::move(parsed);
     const toml::table* table = root.get();
     return {file, "", std::move(root), table};
   } catch (const toml::parse_error& error) {

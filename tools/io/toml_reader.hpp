@@ -29,8 +29,9 @@ inline constexpr Range kPositive{std::numeric_limits<double>::min(), std::numeri
 // One table of a TOML file. All readers throw InputError.
 class TomlReader {
  public:
-  // Reads and parses a file.
-  static TomlReader from_file(const std::filesystem::path& file);
+  // Reads and parses a file. `patch` is TOML as well: what it says stands in place of what the file says,
+  // table by table and key by key.
+  static TomlReader from_file(const std::filesystem::path& file, const std::string& patch = "");
 
   [[nodiscard]] bool has(std::string_view key) const;
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tools/cli/progress.hpp"
 #include "tools/io/input_error.hpp"
@@ -24,6 +25,7 @@ struct RenderOptions {
   int frames = 0;
   int seed = -1;
   int threads = 0;
+  std::vector<std::string> changes;
   double scale = 1;
   bool list = false;
 };
@@ -42,6 +44,7 @@ void run(const RenderOptions& options) {
   overrides.scale = options.scale;
   if (!options.target.empty()) overrides.target = options.target;
   if (options.seed >= 0) overrides.seed = static_cast<std::uint64_t>(options.seed);
+  for (const std::string& change : options.changes) overrides.patch += change + "\n";
   if (!options.sheet.empty()) {
     require_writable(options.sheet);
     write_png(options.sheet, render::contact_sheet(options.scene, overrides, 2));
@@ -78,6 +81,13 @@ void add_render_command(CLI::App& app) {
       ->check(CLI::Range(0, 1 << 30));
   command->add_option("--target", options->target,
                       "Another creature in place of the scene's: C01..C12 or its name");
+  command
+      ->add_option(
+          "--set", options->changes,
+          "A key of the scene in TOML, instead of what it says, several times: 'light.preset=\"30lx\"'")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
   command->add_option("--scale", options->scale, "Scale of the images")->check(CLI::Range(0.05, 4.0));
   command->add_option("--threads", options->threads, "Threads; no byte depends on them (default: all cores)")
       ->check(CLI::Range(1, 256));

@@ -103,8 +103,10 @@ void write_tables(const Scene& scene, const std::filesystem::path& directory, in
   for (int frame = 0; frame < frames; ++frame) {
     const SceneState state = state_at(scene, frame / scene.fps);
     const SceneMoment& middle = state.moments[state.moments.size() / 2];
-    truth += std::to_string(frame) + "," + number(frame / scene.fps) +
-             pose_fields(to_pose(middle.T_W_H.inverse() * middle.T_W_M)) + "\n";
+    if (state.target_there) {
+      truth += std::to_string(frame) + "," + number(frame / scene.fps) +
+               pose_fields(to_pose(middle.T_W_H.inverse() * middle.T_W_M)) + "\n";
+    }
     motion += std::to_string(frame) + pose_fields(to_pose(middle.T_W_H)) + "," +
               number(middle.eyes.tilt_rad) + "," + number(middle.eyes.pan_right_rad) + "," +
               number(middle.eyes.pan_left_rad) + "\n";

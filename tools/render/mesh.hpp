@@ -25,6 +25,7 @@ struct Mesh {
 
   void append(const Mesh& other);
   void move(const Vector3& by_mm);
+  void press(double factor);  // scales z about 0
 };
 
 // Sphere whose flat facets are nowhere more than `radius / 2500` inside of it.

@@ -72,12 +72,18 @@ Pose Motion::at(double t_s) const {
     case Kind::kKeys: return along_keys(keys, t_s);
     case Kind::kRandom: break;
   }
-  Pose result = pose;
+  constexpr std::uint64_t kDraws = 2000;  // then a pose is taken as it is
   const auto frame = static_cast<std::uint64_t>(std::max(0L, std::lround(t_s * fps)));
-  for (int i = 0; i < 6; ++i) {
-    const double by = amplitude[static_cast<std::size_t>(i)] *
-                      (2 * uniform(seed, 6 * frame + static_cast<std::uint64_t>(i)) - 1);
-    (i < 3 ? result.position_mm[i] : result.e[i - 3]) += by;
+  Pose result;
+  for (std::uint64_t draw = 0; draw < kDraws; ++draw) {
+    const std::uint64_t draw_seed = draw == 0 ? seed : hash(seed, draw);
+    result = pose;
+    for (int i = 0; i < 6; ++i) {
+      const double by = amplitude[static_cast<std::size_t>(i)] *
+                        (2 * uniform(draw_seed, 6 * frame + static_cast<std::uint64_t>(i)) - 1);
+      (i < 3 ? result.position_mm[i] : result.e[i - 3]) += by;
+    }
+    if (!accepts || accepts(result)) break;
   }
   return result;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "algo/pose.hpp"
@@ -35,6 +36,8 @@ struct Motion {
   std::vector<PoseKey> keys;  // by rising time
   double fps = 30;            // random: frames a second
   std::uint64_t seed = 1;
+  bool in_view = false;                      // random: drawn again until `accepts`
+  std::function<bool(const Pose&)> accepts;  // empty: any pose
 
   [[nodiscard]] Pose at(double t_s) const;
 };

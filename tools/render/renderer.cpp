@@ -36,7 +36,8 @@ void draw_glints(const Water& water, const Transform& T_W_C, const std::vector<V
   }
 }
 
-LinearImage expose(const Scene& scene, const SceneMoment& moment, const Light& light, Eye eye) {
+LinearImage expose(const Scene& scene, const SceneState& state, const SceneMoment& moment, Eye eye) {
+  const Light& light = state.light;
   const bool left = eye == Eye::kLeft;
   const CameraModel& camera = left ? scene.rig.left : scene.rig.right;
   const std::vector<Vector2>& rays = left ? scene.left_rays : scene.right_rays;
@@ -45,7 +46,8 @@ LinearImage expose(const Scene& scene, const SceneMoment& moment, const Light& l
   const Transform T_W_C = moment.T_W_H * T_H_C;
   LinearImage image(camera.width_px, camera.height_px);
   draw_backdrop(*scene.backdrop, scene.water, light, T_W_C, rays, moment.t_s, image);
-  std::vector<Placed> placed{{&scene.target.mesh, moment.T_W_M, true}};
+  std::vector<Placed> placed;
+  if (state.target_there) placed.push_back({&scene.target.mesh, moment.T_W_M, true});
   for (std::size_t i = 0; i < scene.occluders.size(); ++i) {
     placed.push_back({&scene.occluders[i].mesh, moment.T_W_occluder[i], false});
   }
@@ -93,9 +95,9 @@ EyeAngles gaze_at(const StereoRig& rig, const Vector3& p_H_mm) {
 
 void render_eye(const Scene& scene, const SceneState& state, Eye eye, std::uint64_t frame_seed,
                 tools::RgbImage& out) {
-  LinearImage image = expose(scene, state.moments.front(), state.light, eye);
+  LinearImage image = expose(scene, state, state.moments.front(), eye);
   for (std::size_t i = 1; i < state.moments.size(); ++i) {
-    const LinearImage more = expose(scene, state.moments[i], state.light, eye);
+    const LinearImage more = expose(scene, state, state.moments[i], eye);
     for (std::size_t k = 0; k < image.data.size(); ++k) image.data[k] += more.data[k];
   }
   if (state.moments.size() > 1) {
@@ -115,6 +117,9 @@ SceneState state_at(const Scene& scene, double t_s) {
   state.light = scene.lights.front().light;
   for (const LightStep& step : scene.lights) {
     if (step.t_s <= t_s + 1e-9) state.light = step.light;
+  }
+  for (const auto& [from_s, to_s] : scene.target.hidden_s) {
+    state.target_there = state.target_there && !(t_s + 1e-9 >= from_s && t_s + 1e-9 < to_s);
   }
   const Transform T_W_M = to_transform(scene.target_motion.at(t_s));
   for (int i = scene.shutter_samples - 1; i >= 0; --i) {

@@ -2,6 +2,7 @@
 // pictures the cameras take of that state. The closed-loop plant fills the state itself.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -50,6 +51,8 @@ struct SceneTarget {
   std::vector<Ball> balls;  // marker
   Mesh mesh;                // in the model frame
   Rectangle roi;            // photo-model: the target in the photo
+  // Spans [from, to) in which it is not there at all: no picture of it, no truth.
+  std::vector<std::array<double, 2>> hidden_s;
 };
 
 struct Scene {
@@ -84,7 +87,8 @@ struct Scene {
 struct SceneOverrides {
   std::optional<std::string> target;  // a creature
   std::optional<std::uint64_t> seed;
-  double scale = 1;  // of the images
+  double scale = 1;   // of the images
+  std::string patch;  // TOML that stands in place of what the scene says, key by key
 };
 
 // One instant of the world.
@@ -98,6 +102,7 @@ struct SceneMoment {
 
 struct SceneState {
   Light light;
+  bool target_there = true;
   std::vector<SceneMoment> moments;  // averaged over the exposure; the last is the frame's
 };
 

@@ -33,7 +33,7 @@ std::vector<Ball> default_balls() {
 }
 
 SceneTarget read_marker(const TomlReader& table) {
-  table.allow_only({"kind", "ball"});
+  table.allow_only({"kind", "ball", "hidden_s", "absent"});
   SceneTarget target;
   target.kind = TargetKind::kMarker;
   target.name = "marker";
@@ -56,7 +56,7 @@ SceneTarget read_marker(const TomlReader& table) {
 }
 
 SceneTarget read_creature(const TomlReader& table, const SceneOverrides& overrides) {
-  table.allow_only({"kind", "creature", "mesh_mm"});
+  table.allow_only({"kind", "creature", "mesh_mm", "hidden_s", "absent"});
   const std::string name = overrides.target.value_or(table.text_or("creature", "C12"));
   const Creature* creature = find_creature(name);
   if (creature == nullptr) {
@@ -72,7 +72,7 @@ SceneTarget read_creature(const TomlReader& table, const SceneOverrides& overrid
 }
 
 SceneTarget read_card(const TomlReader& table) {
-  table.allow_only({"kind", "size_mm", "picture", "seed"});
+  table.allow_only({"kind", "size_mm", "picture", "seed", "hidden_s", "absent"});
   const std::vector<double> size =
       table.has("size_mm") ? table.numbers("size_mm", 2) : std::vector<double>{120, 90};
   for (const double v : size) {
@@ -90,6 +90,17 @@ SceneTarget read_card(const TomlReader& table) {
   }
   target.mesh = make_card(size[0], size[1], picture, 0.6);
   return target;
+}
+
+std::vector<std::array<double, 2>> read_hidden(const TomlReader& table) {
+  constexpr double kAlways_s = 1e9;
+  if (table.boolean_or("absent", false)) return {{-kAlways_s, kAlways_s}};
+  if (!table.has("hidden_s")) return {};
+  const std::vector<double> times = table.numbers("hidden_s", 0);
+  if (times.size() % 2 != 0) table.fail("hidden_s", "a span has no end", "[from, to, from, to, ...]");
+  std::vector<std::array<double, 2>> spans;
+  for (std::size_t i = 0; i + 1 < times.size(); i += 2) spans.push_back({times[i], times[i + 1]});
+  return spans;
 }
 
 }  // namespace
@@ -128,7 +139,11 @@ SceneTarget read_target(const TomlReader& table, const SceneOverrides& overrides
   if (kind != "creature" && overrides.target) {
     table.fail("kind", "is '" + kind + "', so no creature can be put in its place", "kind = \"creature\"");
   }
-  if (kind == "marker") return read_marker(table);
+  if (kind == "marker") {
+    SceneTarget marker = read_marker(table);
+    marker.hidden_s = read_hidden(table);
+    return marker;
+  }
   SceneTarget target;
   if (kind == "creature") {
     target = read_creature(table, overrides);
@@ -137,6 +152,7 @@ SceneTarget read_target(const TomlReader& table, const SceneOverrides& overrides
   } else {
     table.fail("kind", "is '" + kind + "'", "\"marker\", \"creature\" or \"card\"");
   }
+  target.hidden_s = read_hidden(table);
   settle_model_frame(target, photo);
   if (target.roi.width < 2 || target.roi.height < 2 || target.roi.x <= 0 || target.roi.y <= 0 ||
       target.roi.x + target.roi.width >= photo.camera.width_px ||
@@ -148,7 +164,7 @@ SceneTarget read_target(const TomlReader& table, const SceneOverrides& overrides
 
 Motion read_motion(const TomlReader& table, const Motion& fallback) {
   table.allow_only({"kind", "pose", "amplitude", "omega_rad_s", "phase_rad", "swing_deg", "swing_deg_s",
-                    "pivot_mm", "rest_s", "key"});
+                    "pivot_mm", "rest_s", "key", "in_view"});
   Motion motion = fallback;
   if (table.has("pose")) motion.pose = pose_from(table, "pose");
   const std::string kind = table.text_or("kind", "still");
@@ -194,6 +210,7 @@ Motion read_motion(const TomlReader& table, const Motion& fallback) {
     }
   } else if (kind == "random") {
     motion.kind = Kind::kRandom;
+    motion.in_view = table.boolean_or("in_view", false);
     amplitude();
   } else {
     table.fail("kind", "is '" + kind + "'",
@@ -203,7 +220,8 @@ Motion read_motion(const TomlReader& table, const Motion& fallback) {
 }
 
 Occluder read_occluder(const TomlReader& table, const Motion& fallback) {
-  table.allow_only({"width_mm", "length_mm", "direction", "hue_deg", "saturation", "value", "motion"});
+  table.allow_only(
+      {"width_mm", "depth_mm", "length_mm", "direction", "hue_deg", "saturation", "value", "motion"});
   const double radius = table.number_or("width_mm", 20, {0.5, 1000}) / 2;
   const double half = table.number_or("length_mm", 600, {1, 10000}) / 2;
   Vector3 direction(0, 1, 0);
@@ -215,6 +233,10 @@ Occluder read_occluder(const TomlReader& table, const Motion& fallback) {
   }
   Occluder occluder{make_bar(-half * direction, half * direction, radius, colour_from(table, 30, 0.45, 0.55)),
                     {}};
+  // A board: the bar pressed flat along z.
+  if (table.has("depth_mm")) {
+    occluder.mesh.press(table.number("depth_mm", {0.5, 1000}) / (2 * radius));
+  }
   Motion still = fallback;
   still.pose.position_mm = {0, 0, 400};
   occluder.motion = read_motion(table.table_or_empty("motion"), still);

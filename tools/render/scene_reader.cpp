@@ -201,10 +201,34 @@ Water read_water(const TomlReader& table) {
   return w;
 }
 
+// Poses at which both eyes, at the fixed angles, see all of the target, a margin around it.
+std::function<bool(const Pose&)> seen_by_both(const StereoRig& rig, const EyeAngles& eyes, const Mesh& mesh) {
+  constexpr std::size_t kVertices = 400;
+  constexpr double kMargin_px = 4;
+  std::vector<Vector3> points_mm;
+  const std::size_t step = std::max<std::size_t>(1, mesh.vertices.size() / kVertices);
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += step) {
+    points_mm.push_back(mesh.vertices[i].position_mm);
+  }
+  const Transform T_CL_H = left_eye_in_hand(rig.left.T_H_C, eyes).inverse();
+  const Transform T_CR_H = right_eye_in_hand(rig.right.T_H_C, eyes).inverse();
+  return [rig, points_mm, T_CL_H, T_CR_H](const Pose& pose) {
+    const Transform T_H_M = to_transform(pose);
+    const auto sees = [&](const CameraModel& camera, const Transform& T_C_M) {
+      return std::all_of(points_mm.begin(), points_mm.end(), [&](const Vector3& p_mm) {
+        Vector2 uv;
+        return project(camera, T_C_M * p_mm, uv) && uv[0] >= kMargin_px && uv[1] >= kMargin_px &&
+               uv[0] < camera.width_px - kMargin_px && uv[1] < camera.height_px - kMargin_px;
+      });
+    };
+    return sees(rig.left, T_CL_H * T_H_M) && sees(rig.right, T_CR_H * T_H_M);
+  };
+}
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides) {
-  const TomlReader root = TomlReader::from_file(file);
+  const TomlReader root = TomlReader::from_file(file, overrides.patch);
   root.allow_only({"image", "rig", "target", "motion", "hand", "background", "light", "camera", "water",
                    "occluder", "model", "search", "seed"});
   Scene scene;
@@ -251,6 +275,11 @@ Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overri
     scene.occluders.push_back(read_occluder(table, still));
   }
   scene.target = read_target(root.table("target"), overrides, scene.photo);
+  if (scene.target_motion.in_view) {
+    if (scene.eyes_on_target)
+      root.fail("motion", "in_view needs eyes that stand still", "rig.gaze = \"fixed\"");
+    scene.target_motion.accepts = seen_by_both(scene.rig, scene.eyes, scene.target.mesh);
+  }
   scene.search = read_search(root.table_or_empty("search"), scene.target.kind);
   // What takes time comes last, so that mistakes are told at once.
   scene.left_rays = pixel_rays(scene.rig.left);

@@ -54,6 +54,14 @@ void Mesh::move(const Vector3& by_mm) {
   for (Vertex& vertex : vertices) vertex.position_mm += by_mm;
 }
 
+void Mesh::press(double factor) {
+  for (Vertex& vertex : vertices) {
+    vertex.position_mm[2] *= factor;
+    vertex.normal[2] /= factor;  // of a scaled surface: by the inverse
+    vertex.normal.normalize();
+  }
+}
+
 Mesh make_ball(const Vector3& centre_mm, double radius_mm, const Rgb& albedo) {
   constexpr std::uint32_t kAround = 224;
   constexpr std::uint32_t kRings = 112;

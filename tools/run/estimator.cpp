@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 
 #include "tools/io/input_error.hpp"
@@ -16,8 +17,25 @@ constexpr int kRehearsals = 3;
 
 }  // namespace
 
+const char* to_string(Stage stage) {
+  switch (stage) {
+    case Stage::kEvolved: return "evolved";
+    case Stage::kRefined: return "refined";
+    case Stage::kRelief: return "relief";
+  }
+  return "unknown";
+}
+
+std::optional<Stage> parse_stage(std::string_view name) {
+  for (const Stage stage : {Stage::kEvolved, Stage::kRefined, Stage::kRelief}) {
+    if (name == to_string(stage)) return stage;
+  }
+  return {};
+}
+
 PoseError pose_error(const Pose& estimate, const Pose& truth) {
-  return {estimate.position_mm - truth.position_mm, multiply_quaternion_vectors(-truth.e, estimate.e).norm()};
+  return {estimate.position_mm - truth.position_mm, multiply_quaternion_vectors(-truth.e, estimate.e).norm(),
+          estimate.e - truth.e};
 }
 
 Estimator::Estimator(const Dataset& dataset, const EstimateOptions& options)
@@ -29,6 +47,7 @@ Estimator::Estimator(const Dataset& dataset, const EstimateOptions& options)
   TrackerSettings settings = default_settings(options.method, dataset.target.kind);
   settings.seed = options.seed;
   settings.box = dataset.box;
+  settings.last_stage = options.last_stage;
   if (options.coding) settings.ga.coding = *options.coding;
   if (options.mutation_per_1024) settings.ga.mutation_per_1024 = *options.mutation_per_1024;
   if (options.min_saturation_permille)
@@ -67,20 +86,34 @@ void Estimator::rehearse() {
   tracker_->forget();
 }
 
+// Refinement leaves a covariance, relief a model that is not flat.
+Stage Estimator::stage_of(const Estimate& estimate) const {
+  if (estimate.covariance.isZero(0)) return Stage::kEvolved;
+  const auto& z_mm = photo_model().z_mm;
+  const bool flat = std::all_of(z_mm.begin(), z_mm.begin() + photo_model().inner,
+                                [](float z) { return std::abs(z) < 1e-6F; });
+  return flat ? Stage::kRefined : Stage::kRelief;
+}
+
 FrameResult Estimator::run(const Frame& frame, const RgbImage& left, const RgbImage& right) {
+  return run(frame, left, right, static_cast<std::uint64_t>(frame.number), 0);
+}
+
+FrameResult Estimator::run(const Frame& frame, const RgbImage& left, const RgbImage& right,
+                           std::uint64_t draw, double later_s) {
   using Clock = std::chrono::steady_clock;
   if (options_.cold) tracker_->forget();
   FrameResult result;
   result.frame = frame.number;
-  const FrameMotion motion = dataset_.motion_of(frame.number);
+  FrameMotion motion = dataset_.motion_of(frame.number);
+  motion.t_s += later_s;
   result.t_s = motion.t_s;
 
   const auto start = Clock::now();
   const auto elapsed_ms = [start] {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
-  const Status status =
-      tracker_->begin_frame(static_cast<std::uint64_t>(frame.number), left.view(), right.view(), motion);
+  const Status status = tracker_->begin_frame(draw, left.view(), right.view(), motion);
   if (status != Status::kOk) throw InputError(frame.left, "", describe(status));
   double& finish_ms = finish_ms_[tracker_->state() == TrackState::kTracking ? 1 : 0];
   const double budget_ms = options_.budget_ms.value_or(0);
@@ -103,6 +136,7 @@ FrameResult Estimator::run(const Frame& frame, const RgbImage& left, const RgbIm
   const double evolved_ms = elapsed_ms();
   result.estimate = tracker_->end_frame();
   result.compute_ms = elapsed_ms();
+  result.stage = stage_of(result.estimate);
   const double took_ms = result.compute_ms - evolved_ms;
   finish_ms = finish_ms > 0 ? 0.5 * (finish_ms + took_ms) : took_ms;
   if (const auto truth = dataset_.truth.find(frame.number); truth != dataset_.truth.end()) {

@@ -1,17 +1,19 @@
-#include "tools/run/accuracy_study.hpp"
+#include "tools/accuracy/generation_study.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "tools/io/input_error.hpp"
+#include "tools/run/parallel.hpp"
 
-namespace vergence::tools {
+namespace vergence::accuracy {
 namespace {
 
 struct Pair {
-  Frame frame;
-  RgbImage left;
-  RgbImage right;
+  tools::Frame frame;
+  tools::RgbImage left;
+  tools::RgbImage right;
 };
 
 double at_share(std::vector<double> values, double share) {
@@ -22,11 +24,11 @@ double at_share(std::vector<double> values, double share) {
   return *nth;
 }
 
-StudyRow study_row(const Dataset& dataset, const std::vector<Pair>& frames, Method method, int generations,
-                   int seeds) {
+StudyRow study_row(const tools::Dataset& dataset, const std::vector<Pair>& frames, const Way& way,
+                   int generations, int seeds) {
   StudyRow row;
   row.dataset = dataset.directory.filename().string();
-  row.method = method;
+  row.way = way;
   row.generations = generations;
   row.runs = seeds;
   std::vector<double> first_found;
@@ -35,14 +37,15 @@ StudyRow study_row(const Dataset& dataset, const std::vector<Pair>& frames, Meth
   double e_squares = 0;
   int within = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
-    EstimateOptions options;
-    options.method = method;
+    tools::EstimateOptions options;
+    options.method = way.method;
+    options.last_stage = way.last_stage;
     options.seed = static_cast<std::uint64_t>(seed);
     options.generations = generations;
-    Estimator estimator(dataset, options);
+    tools::Estimator estimator(dataset, options);
     bool found = false;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      const PoseError error = *estimator.run(frames[i].frame, frames[i].left, frames[i].right).error;
+      const tools::PoseError error = *estimator.run(frames[i].frame, frames[i].left, frames[i].right).error;
       const double distance = error.position_mm.norm();
       const bool good = distance <= kFound_mm && error.e <= kFound_e;
       if (good && !found) first_found.push_back(static_cast<double>(i + 1));
@@ -67,28 +70,41 @@ StudyRow study_row(const Dataset& dataset, const std::vector<Pair>& frames, Meth
 
 }  // namespace
 
-std::vector<StudyRow> run_study(const Dataset& dataset, const StudyPlan& plan,
-                                const std::function<void(int, int)>& progress) {
+std::string Way::name() const {
+  return method == Method::kThesis ? "thesis" : tools::to_string(last_stage);
+}
+
+std::vector<Way> ways_for(TargetKind kind) {
+  std::vector<Way> ways{{Method::kThesis, Stage::kRelief},
+                        {Method::kVergence, Stage::kEvolved},
+                        {Method::kVergence, Stage::kRefined}};
+  if (kind == TargetKind::kPhoto) ways.push_back({Method::kVergence, Stage::kRelief});
+  return ways;
+}
+
+std::vector<StudyRow> run_study(const tools::Dataset& dataset, const StudyPlan& plan,
+                                const std::function<void()>& progress) {
   std::vector<Pair> frames;
-  for (const Frame& frame : dataset.frames) {
+  for (const tools::Frame& frame : dataset.frames) {
     if (static_cast<int>(frames.size()) == plan.frames) break;
     if (dataset.truth.count(frame.number) == 0) continue;
-    auto [left, right] = read_frame(dataset, frame);
+    auto [left, right] = tools::read_frame(dataset, frame);
     frames.push_back({frame, std::move(left), std::move(right)});
   }
   if (frames.empty()) {
-    throw InputError(dataset.directory / "truth.csv", "", "no frame has a known pose",
-                     "accuracy needs the truth");
+    throw tools::InputError(dataset.directory / "truth.csv", "", "no frame has a known pose",
+                            "accuracy needs the truth");
   }
-  std::vector<StudyRow> rows;
-  const int total = static_cast<int>(2 * plan.generations.size());
-  for (const Method method : {Method::kThesis, Method::kVergence}) {
-    for (const int generations : plan.generations) {
-      rows.push_back(study_row(dataset, frames, method, generations, plan.seeds));
-      progress(static_cast<int>(rows.size()), total);
-    }
-  }
+  const std::vector<Way> ways = ways_for(dataset.target.kind);
+  const std::size_t budgets = plan.generations.size();
+  std::vector<StudyRow> rows(ways.size() * budgets);
+  std::mutex mutex;
+  tools::in_parallel(rows.size(), plan.threads, [&](std::size_t i) {
+    rows[i] = study_row(dataset, frames, ways[i / budgets], plan.generations[i % budgets], plan.seeds);
+    const std::scoped_lock lock(mutex);
+    progress();
+  });
   return rows;
 }
 
-}  // namespace vergence::tools
+}  // namespace vergence::accuracy

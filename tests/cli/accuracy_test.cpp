@@ -1,0 +1,31 @@
+// `vergence accuracy` on data sets of the user's, and what it refuses.
+#include "tests/cli/run_vergence.hpp"
+#include "tests/support/small_dataset.hpp"
+
+namespace vergence::test {
+namespace {
+
+TEST(Accuracy, ColdLooksAreCountedByDataSet) {
+  const TempDirectory directory;
+  write_small_photo_dataset(directory / "card");
+  write_small_marker_dataset(directory / "balls");
+  const CommandResult result = run_vergence("accuracy --seeds 2 --cold " + (directory / "card").string() +
+                                            " " + (directory / "balls").string() + "/");
+  EXPECT_EQ(result.status, 0) << result.output;
+  // Three frames, two starts; the card is flat, and found.
+  EXPECT_NE(result.output.find("| card | 6 | 100 | 100 | 100 |"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("| balls | 6 |"), std::string::npos) << result.output;
+}
+
+TEST(Accuracy, RefusesWhatItCannotMeasure) {
+  const TempDirectory directory;
+  write_small_photo_dataset(directory.path());
+  std::filesystem::remove(directory / "truth.csv");
+  expect_refusal("accuracy --cold " + directory.path().string(), "truth.csv", "accuracy needs the truth");
+  expect_refusal("accuracy --only nonsense", "nonsense");
+  expect_refusal("accuracy --only time --scenes /nowhere --work " + (directory / "work").string(),
+                 "no such scene", "--scenes");
+}
+
+}  // namespace
+}  // namespace vergence::test
