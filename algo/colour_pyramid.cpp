@@ -106,13 +106,17 @@ void halve(const Finer& finer, Coarser& coarser) {
 
 }  // namespace
 
-void fill_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+void fill_full(const ImageView& image, ColourPyramid& pyramid) {
   pyramid.full.width_px = image.width_px;
   pyramid.full.height_px = image.height_px;
   for (int y = 0; y < image.height_px; ++y) {
     pack_row(image, y, pyramid.full.pixel.data() + static_cast<std::ptrdiff_t>(y) * image.width_px);
   }
   pyramid.full.pixel[static_cast<std::size_t>(image.width_px * image.height_px)] = kNeutralPixel;
+}
+
+void fill_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+  fill_full(image, pyramid);
   halve(pyramid.full, pyramid.half);
   halve(pyramid.half, pyramid.quarter);
 }
@@ -123,6 +127,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vergence {
 
+HWY_EXPORT(fill_full);
 HWY_EXPORT(fill_pyramid);
 
 ColourLevel level_of(const ColourPyramid& pyramid, int level) {
@@ -146,7 +151,9 @@ CameraModel camera_at_level(const CameraModel& camera, int level) {
   return scaled;
 }
 
-Status make_colour_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+namespace {
+
+Status check_image(const ImageView& image) {
   const bool yuv = image.format != PixelFormat::kRgb24;
   if (image.data == nullptr || (image.format == PixelFormat::kNv12 && image.chroma == nullptr)) {
     return Status::kBadImage;
@@ -155,6 +162,19 @@ Status make_colour_pyramid(const ImageView& image, ColourPyramid& pyramid) {
       image.height_px > kMaxImageHeight || (yuv && (image.width_px % 2 != 0))) {
     return Status::kBadImage;
   }
+  return Status::kOk;
+}
+
+}  // namespace
+
+Status make_full_colour(const ImageView& image, ColourPyramid& pyramid) {
+  if (const Status status = check_image(image); status != Status::kOk) return status;
+  HWY_DYNAMIC_DISPATCH(fill_full)(image, pyramid);
+  return Status::kOk;
+}
+
+Status make_colour_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+  if (const Status status = check_image(image); status != Status::kOk) return status;
   HWY_DYNAMIC_DISPATCH(fill_pyramid)(image, pyramid);
   return Status::kOk;
 }

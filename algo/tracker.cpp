@@ -20,6 +20,8 @@ constexpr RefinePass kMiddlePass{1, 400, 6};
 constexpr RefinePass kFinePass{0, 1000, 6};
 
 // The thesis: nine generations; ours: what a cold lock, and a frame of tracking, take.
+constexpr int kMarkerGuesses = 6;
+
 constexpr int kThesisGenerations = 9;
 constexpr int kSearchGenerations = 2400;
 constexpr int kTrackGenerations = 60;
@@ -188,6 +190,11 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
     if (const Status status = make_colour_pyramid(left, colour_left_); status != Status::kOk) return status;
     if (const Status status = make_colour_pyramid(right, colour_right_); status != Status::kOk) return status;
   }
+  if (kind_ == TargetKind::kMarker && !is_thesis()) {
+    if (const Status status = make_full_colour(left, colour_left_); status != Status::kOk) return status;
+    if (const Status status = make_full_colour(right, colour_right_); status != Status::kOk) return status;
+    limited_range_ = left.format != PixelFormat::kRgb24;
+  }
   random_ = CounterRandom(settings_.seed, frame);
   motion_ = motion;
   rig_.left.T_H_C = motion.T_H_CL;
@@ -285,7 +292,8 @@ Transform Tracker::refine_best() {
   const GeneCoding coding = settings_.ga.coding;
   const Pose best = decode(population_.individual[0].chromosome, box_, coding);
   Transform T_H_M = to_transform(best);
-  if (kind_ == TargetKind::kMarker || is_thesis()) return T_H_M;
+  if (is_thesis() || settings_.last_stage == Stage::kEvolved) return T_H_M;
+  if (kind_ == TargetKind::kMarker) return refine_best_marker();
 
   const auto refine = [this](const RefinePass& pass, Transform& T) {
     refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
@@ -319,6 +327,39 @@ Transform Tracker::refine_best() {
     if (cost(pass, refined) <= before) T_H_M = refined;
   }
   return T_H_M;
+}
+
+MarkerSight Tracker::marker_sight(bool of_left) const {
+  return {of_left ? &rig_.left : &rig_.right, of_left ? &hue_left_ : &hue_right_,
+          level_of(of_left ? colour_left_ : colour_right_, 0), limited_range_};
+}
+
+Transform Tracker::refine_best_marker() {
+  const MarkerSight left = marker_sight(true);
+  const MarkerSight right = marker_sight(false);
+  // Guesses: the fittest of those that are not nearly the same; while tracking, where it was expected as
+  // well.
+  std::array<Transform, kMarkerGuesses> guess;
+  std::array<Pose, kMarkerGuesses> chosen;
+  int guesses = 0;
+  for (int i = 0; i < kPopulation && guesses < kMarkerGuesses; ++i) {
+    const Pose pose = decode(population_.individual[at(i)].chromosome, box_, settings_.ga.coding);
+    bool fresh = true;
+    for (int g = 0; g < guesses; ++g) fresh &= distinct(pose, chosen[at(g)]);
+    if (!fresh) continue;
+    chosen[at(guesses)] = pose;
+    guess[at(guesses++)] = to_transform(pose);
+  }
+  if (state_ == TrackState::kTracking) {
+    guess[1] = predictor_.predict(motion_.t_s, motion_.T_W_H);
+    guesses = 2;
+  }
+  marker_fit_ = fit_marker(marker_, left, right, guess[0]);
+  for (int g = 1; g < guesses; ++g) {
+    const MarkerFit fit = fit_marker(marker_, left, right, guess[at(g)]);
+    if (fit.evidence.cost < marker_fit_.evidence.cost) marker_fit_ = fit;
+  }
+  return marker_fit_.T_H_M;
 }
 
 double Tracker::confidence_of(const Transform& T_H_M) const {

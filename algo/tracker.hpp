@@ -15,6 +15,7 @@
 #include "algo/image.hpp"
 #include "algo/motion_predictor.hpp"
 #include "algo/refine.hpp"
+#include "algo/refine_marker.hpp"
 #include "algo/rm_ga.hpp"
 #include "algo/status.hpp"
 #include "algo/target_model.hpp"
@@ -130,6 +131,8 @@ class Tracker {
   void merge_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
+  [[nodiscard]] MarkerSight marker_sight(bool of_left) const;
+  [[nodiscard]] Transform refine_best_marker();
   [[nodiscard]] double confidence_of(const Transform& T_H_M) const;
   void update_state(double confidence);
   [[nodiscard]] bool is_thesis() const { return settings_.method == Method::kThesis; }
@@ -155,6 +158,7 @@ class Tracker {
   std::array<CameraModel, kColourLevels> camera_right_;
   Transform T_CL_H_;
   Transform T_CR_H_;
+  bool limited_range_ = false;  // of the images' colours
   FrameMotion motion_;
   CounterRandom random_;
   int generations_ = 0;
@@ -172,6 +176,8 @@ class Tracker {
   int epochs_ = 0;  // ended since the search began
   TrackState state_ = TrackState::kSearching;
   RefineWorkspace workspace_;
+
+  MarkerFit marker_fit_;  // of this frame
 };
 
 }  // namespace vergence
