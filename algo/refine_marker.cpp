@@ -40,8 +40,8 @@ struct Direction {
 };
 
 constexpr std::array<Direction, kContourPoints> make_directions() {
-  static_assert(kContourPoints == 32);
-  constexpr Direction kStep{0.98078528040323045, 0.19509032201612827};  // a 32nd of a turn
+  static_assert(kContourPoints == 24);
+  constexpr Direction kStep{0.96592582628906829, 0.25881904510252076};  // a 24th of a turn
   std::array<Direction, kContourPoints> table{};
   for (unsigned k = 1; k < kContourPoints; ++k) {
     const Direction& last = table[k - 1];
@@ -201,7 +201,7 @@ void take_step(const NormalEquations& N, Transform& T_H_M) {
 
 // ---- Hue along rays ---------------------------------------------------------------------------------------
 
-constexpr int kApproachSteps = 4;
+constexpr std::array<double, 4> kApproachScales{0.4, 0.3, 0.15, 0.1};  // of residuals, in radii
 constexpr int kRaySamples = 14;
 constexpr double kRayFrom = 0.20;  // of the radius
 constexpr double kRayStep = 0.12;
@@ -248,21 +248,30 @@ constexpr std::array<float, 256> make_linear_table() {
 }
 constexpr std::array<float, 256> kLinear = make_linear_table();
 
+float light_of(int level) {
+  return kLinear[at(level < 0 ? 0 : (level > 255 ? 255 : level))];
+}
+
+Linear linear_of_rgb(ColourPixel packed) {
+  return {kLinear[packed & 0xFF], kLinear[(packed >> 8) & 0xFF], kLinear[(packed >> 16) & 0xFF]};
+}
+
+// BT.601, limited range, in 256ths.
+Linear linear_of_yuv(ColourPixel packed) {
+  const int grey = 298 * (static_cast<int>(packed & 0xFF) - 16) + 128;
+  const int cb = static_cast<int>((packed >> 8) & 0xFF) - 128;
+  const int cr = static_cast<int>((packed >> 16) & 0xFF) - 128;
+  return {light_of((grey + 409 * cr) >> 8), light_of((grey - 100 * cb - 208 * cr) >> 8),
+          light_of((grey + 516 * cb) >> 8)};
+}
+
+template <bool kYuv>
 class Sampler {
  public:
-  explicit Sampler(const MarkerSight& sight) : image_(sight.colour), limited_range_(sight.limited_range) {}
+  explicit Sampler(const ColourLevel& image) : image_(image) {}
 
   [[nodiscard]] Linear pixel(int x, int y) const {
-    const ColourPixel packed = image_.pixel[static_cast<std::ptrdiff_t>(y) * image_.width_px + x];
-    const int cb = static_cast<int>((packed >> 8) & 0xFF) - 128;
-    const int cr = static_cast<int>((packed >> 16) & 0xFF) - 128;
-    const int luma = static_cast<int>(packed & 0xFF);
-    // In 256ths; BT.601.
-    const int grey = limited_range_ ? 298 * (luma - 16) : 256 * luma;
-    const int r = grey + (limited_range_ ? 409 : 359) * cr;
-    const int g = grey - (limited_range_ ? 100 : 88) * cb - (limited_range_ ? 208 : 183) * cr;
-    const int b = grey + (limited_range_ ? 516 : 454) * cb;
-    return {light(r), light(g), light(b)};
+    return linear(image_.pixel[static_cast<std::ptrdiff_t>(y) * image_.width_px + x]);
   }
 
   // Bilinear; (u, v) within the image less its last row and column.
@@ -271,21 +280,20 @@ class Sampler {
     const int y = static_cast<int>(v);
     const auto fu = static_cast<float>(u - x);
     const auto fv = static_cast<float>(v - y);
-    const Linear top = pixel(x, y) * (1 - fu) + pixel(x + 1, y) * fu;
-    const Linear bottom = pixel(x, y + 1) * (1 - fu) + pixel(x + 1, y + 1) * fu;
-    return top * (1 - fv) + bottom * fv;
+    const ColourPixel* p = image_.pixel + static_cast<std::ptrdiff_t>(y) * image_.width_px + x;
+    const Linear top_left = linear(p[0]);
+    const Linear bottom_left = linear(p[image_.width_px]);
+    const Linear top = top_left + fu * (linear(p[1]) - top_left);
+    const Linear bottom = bottom_left + fu * (linear(p[image_.width_px + 1]) - bottom_left);
+    return top + fv * (bottom - top);
   }
 
   [[nodiscard]] int width_px() const { return image_.width_px; }
   [[nodiscard]] int height_px() const { return image_.height_px; }
 
  private:
-  static float light(int value_256ths) {
-    const int level = (value_256ths + 128) / 256;
-    return kLinear[static_cast<unsigned>(level < 0 ? 0 : (level > 255 ? 255 : level))];
-  }
+  static Linear linear(ColourPixel packed) { return kYuv ? linear_of_yuv(packed) : linear_of_rgb(packed); }
   ColourLevel image_;
-  bool limited_range_;
 };
 
 // Mean colour of the ball as it is in this image: of its samples well inside that have its hue.
@@ -294,8 +302,9 @@ struct BallColour {
   float length = 0;              // 0: too few samples
 };
 
+template <bool kYuv>
 BallColour colour_of_ball(const MarkerModel& model, int ball, const Outline& outline,
-                          const MarkerSight& sight, const Sampler& sampler) {
+                          const MarkerSight& sight, const Sampler<kYuv>& sampler) {
   constexpr double kWellInside = 0.8;
   constexpr int kFewest = 3;
   Linear sum = Linear::Zero();
@@ -321,13 +330,14 @@ BallColour colour_of_ball(const MarkerModel& model, int ball, const Outline& out
   return colour;
 }
 
-constexpr int kProfileSamples = 12;
+constexpr int kProfileSamples = 8;
 
 // The edge between ball and background within +-reach of a contour point. The profile is seen along the
 // colour in which the two differ, least of all along the ball's own: shading changes that one all over the
 // ball, most near its limb, whereas the background's share does not depend on it.
-void find_edge(const Sampler& sampler, const BallColour& ball, const ContourPoint& point, double reach_px,
-               double& offset_px, double& clarity) {
+template <bool kYuv>
+void find_edge(const Sampler<kYuv>& sampler, const BallColour& ball, const ContourPoint& point,
+               double reach_px, double& offset_px, double& clarity) {
   constexpr float kShading = 0.95F;        // of the ball's own colour direction that does not count
   constexpr float kLeastContrast = 0.10F;  // of the ball's brightness, where clarity is one half
   constexpr float kOffColour = 0.20F;      // of the inside's direction, likewise
@@ -377,10 +387,11 @@ constexpr std::array<EdgePass, 4> kEdgePasses{{{6, 2.0}, {4, 1.0}, {3, 0.7}, {3,
 constexpr EdgePass kLastPass{3, 0.7};
 constexpr double kLargestReach = 0.35;  // of the radius of the outline
 
-Edges colour_edges(const MarkerModel& model, int ball, const Outline& outline, const MarkerSight& sight,
-                   double reach_px) {
+template <bool kYuv>
+Edges colour_edges_as(const MarkerModel& model, int ball, const Outline& outline, const MarkerSight& sight,
+                      double reach_px) {
   Edges edges;
-  const Sampler sampler(sight);
+  const Sampler<kYuv> sampler(sight.colour);
   const BallColour colour = colour_of_ball(model, ball, outline, sight, sampler);
   ContourPoint middle;  // stands in where there is nothing to see, so that the work stays the same
   middle.uv_px = {sampler.width_px() / 2.0, sampler.height_px() / 2.0};
@@ -392,6 +403,12 @@ Edges colour_edges(const MarkerModel& model, int ball, const Outline& outline, c
     if (!seen) edges.clarity[k] = 0;
   }
   return edges;
+}
+
+Edges colour_edges(const MarkerModel& model, int ball, const Outline& outline, const MarkerSight& sight,
+                   double reach_px) {
+  return sight.yuv ? colour_edges_as<true>(model, ball, outline, sight, reach_px)
+                   : colour_edges_as<false>(model, ball, outline, sight, reach_px);
 }
 
 double reach_of(const EdgePass& pass, const MarkerModel& model, int ball, const CameraModel& camera,
@@ -416,15 +433,14 @@ void for_each_outline(const MarkerModel& model, const MarkerSight& left, const M
 
 void approach_marker(const MarkerModel& model, const MarkerSight& left, const MarkerSight& right,
                      Transform& T_H_M) {
-  constexpr double kScale = 0.35;  // of residuals, in radii
-  for (int iteration = 0; iteration < kApproachSteps; ++iteration) {
+  for (const double scale : kApproachScales) {
     NormalEquations N;
     for_each_outline(model, left, right, T_H_M, kLastPass,
                      [&](const MarkerSight& sight, int ball, const Outline& outline, double) {
                        if (!outline.in_front) return;
                        const Edges edges =
                            hue_edges(outline, *sight.hue, model.hue[at(ball)], model.tolerance[at(ball)]);
-                       add_outline(outline, edges, kScale * outline.radius_px, N);
+                       add_outline(outline, edges, scale * outline.radius_px, N);
                      });
     take_step(N, T_H_M);
   }

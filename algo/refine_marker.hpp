@@ -16,14 +16,14 @@
 
 namespace vergence {
 
-inline constexpr int kContourPoints = 32;  // of each ball in each camera
+inline constexpr int kContourPoints = 24;  // of each ball in each camera
 
 // What one camera sees.
 struct MarkerSight {
   const CameraModel* camera = nullptr;
   const HuePlane* hue = nullptr;
-  ColourLevel colour;          // full resolution
-  bool limited_range = false;  // luma 16..235, chroma 16..240, as YUV cameras deliver; else 0..255
+  ColourLevel colour;  // of make_raw_colour(): luma cb cr where
+  bool yuv = false;    // the camera delivers YUV, r g b otherwise
 };
 
 struct MarkerEvidence {

@@ -191,9 +191,9 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
     if (const Status status = make_colour_pyramid(right, colour_right_); status != Status::kOk) return status;
   }
   if (kind_ == TargetKind::kMarker && !is_thesis()) {
-    if (const Status status = make_full_colour(left, colour_left_); status != Status::kOk) return status;
-    if (const Status status = make_full_colour(right, colour_right_); status != Status::kOk) return status;
-    limited_range_ = left.format != PixelFormat::kRgb24;
+    if (const Status status = make_raw_colour(left, colour_left_); status != Status::kOk) return status;
+    if (const Status status = make_raw_colour(right, colour_right_); status != Status::kOk) return status;
+    yuv_ = left.format != PixelFormat::kRgb24;
   }
   random_ = CounterRandom(settings_.seed, frame);
   motion_ = motion;
@@ -331,7 +331,7 @@ Transform Tracker::refine_best() {
 
 MarkerSight Tracker::marker_sight(bool of_left) const {
   return {of_left ? &rig_.left : &rig_.right, of_left ? &hue_left_ : &hue_right_,
-          level_of(of_left ? colour_left_ : colour_right_, 0), limited_range_};
+          level_of(of_left ? colour_left_ : colour_right_, 0), yuv_};
 }
 
 Transform Tracker::refine_best_marker() {

@@ -158,7 +158,7 @@ class Tracker {
   std::array<CameraModel, kColourLevels> camera_right_;
   Transform T_CL_H_;
   Transform T_CR_H_;
-  bool limited_range_ = false;  // of the images' colours
+  bool yuv_ = false;  // the images are; a marker's colours are kept as they come
   FrameMotion motion_;
   CounterRandom random_;
   int generations_ = 0;

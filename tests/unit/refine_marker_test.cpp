@@ -59,17 +59,17 @@ struct Stage {
   }
   void see() { see(picture_left.view(), picture_right.view()); }
   void see(const ImageView& left, const ImageView& right) {
-    ASSERT_EQ(make_full_colour(left, colour_left), Status::kOk);
-    ASSERT_EQ(make_full_colour(right, colour_right), Status::kOk);
+    ASSERT_EQ(make_raw_colour(left, colour_left), Status::kOk);
+    ASSERT_EQ(make_raw_colour(right, colour_right), Status::kOk);
     ASSERT_EQ(make_hue_plane(left, {}, hue_table, hue_left), Status::kOk);
     ASSERT_EQ(make_hue_plane(right, {}, hue_table, hue_right), Status::kOk);
-    limited_range = left.format != PixelFormat::kRgb24;
+    yuv = left.format != PixelFormat::kRgb24;
   }
   [[nodiscard]] MarkerSight left() const {
-    return {&world.rig.left, &hue_left, level_of(colour_left, 0), limited_range};
+    return {&world.rig.left, &hue_left, level_of(colour_left, 0), yuv};
   }
   [[nodiscard]] MarkerSight right() const {
-    return {&world.rig.right, &hue_right, level_of(colour_right, 0), limited_range};
+    return {&world.rig.right, &hue_right, level_of(colour_right, 0), yuv};
   }
   [[nodiscard]] MarkerFit fit(const Transform& guess) const {
     return fit_marker(marker, left(), right(), guess);
@@ -87,7 +87,7 @@ struct Stage {
   HuePlane hue_right;
   ColourPyramid colour_left;
   ColourPyramid colour_right;
-  bool limited_range = false;
+  bool yuv = false;
 };
 
 void expect_near(const Transform& T, double across_mm, double deep_mm, double e) {
