@@ -206,11 +206,18 @@ constexpr int kRaySamples = 14;
 constexpr double kRayFrom = 0.20;  // of the radius
 constexpr double kRayStep = 0.12;
 
+// Index of the nearest pixel, or the outside index.
+int pixel_at(const HuePlane& plane, const Vector2& uv) {
+  const bool inside =
+      (uv[0] >= 0) & (uv[1] >= 0) & (uv[0] <= plane.width_px - 1) & (uv[1] <= plane.height_px - 1);
+  const int x = inside ? static_cast<int>(uv[0] + 0.5) : 0;
+  const int y = inside ? static_cast<int>(uv[1] + 0.5) : 0;
+  return inside ? y * plane.width_px + x : plane.outside_index();
+}
+
 // Where on each ray the ball's hue ends, as its share of samples tells; nothing where all or none have it.
 Edges hue_edges(const Outline& outline, const HuePlane& plane, std::uint8_t hue, int tolerance) {
   Edges edges;
-  const double last_u = plane.width_px - 1;
-  const double last_v = plane.height_px - 1;
   for (int k = 0; k < kContourPoints; ++k) {
     const ContourPoint& point = outline.point[at(k)];
     const Vector2 ray = point.uv_px - outline.centre_px;
@@ -218,11 +225,8 @@ Edges hue_edges(const Outline& outline, const HuePlane& plane, std::uint8_t hue,
     int within = 0;
     for (int i = 0; i < kRaySamples; ++i) {
       const Vector2 uv = outline.centre_px + (kRayFrom + kRayStep * i) * ray;
-      const bool inside = (uv[0] >= 0) & (uv[1] >= 0) & (uv[0] <= last_u) & (uv[1] <= last_v);
-      const int x = inside ? static_cast<int>(uv[0] + 0.5) : 0;
-      const int y = inside ? static_cast<int>(uv[1] + 0.5) : 0;
-      const int index = inside ? y * plane.width_px + x : plane.outside_index();
-      within += static_cast<int>(inside);
+      const int index = pixel_at(plane, uv);
+      within += static_cast<int>(index != plane.outside_index());
       matches += static_cast<int>(hue_distance(plane.code[at(index)], hue) <= tolerance);
     }
     const double edge = kRayFrom + kRayStep * (matches - 0.5);
@@ -475,6 +479,8 @@ MarkerFit assess(const MarkerModel& model, const MarkerSight& left, const Marker
   int there = 0;
   std::array<double, 2 * kMaxBalls> shares{};
   int outlines = 0;
+  std::array<int, kMaxBalls> ball_seen{};
+  std::array<int, kMaxBalls> ball_there{};
   for_each_outline(
       model, left, right, T_H_M, kLastPass,
       [&](const MarkerSight& sight, int ball, const Outline& outline, double reach_px) {
@@ -494,9 +500,14 @@ MarkerFit assess(const MarkerModel& model, const MarkerSight& left, const Marker
                       : 0;
         }
         points += seen;
+        ball_seen[at(ball)] += seen;
+        ball_there[at(ball)] += borne_out;
         there += borne_out;
         if (seen >= kFewest) shares[at(outlines++)] = static_cast<double>(borne_out) / seen;
       });
+  for (unsigned ball = 0; ball < at(model.balls); ++ball) {
+    evidence.ball[ball] = ball_there[ball] / (ball_seen[ball] + 1e-9);
+  }
   if (points < kContourPoints) return fit;
   evidence.cost = cost / points;
   evidence.share = static_cast<double>(there) / points;
@@ -535,6 +546,25 @@ MarkerFit fit_marker(const MarkerModel& model, const MarkerSight& left, const Ma
   refine_marker_pose(model, left, right, T_H_M);
   const MarkerFit moved = assess(model, left, right, T_H_M);
   return moved.evidence.cost <= fit.evidence.cost ? moved : fit;
+}
+
+void observe_light(const MarkerModel& model, const std::array<std::uint8_t, kMaxBalls>& configured,
+                   const MarkerSight& left, const MarkerSight& right, const MarkerFit& fit,
+                   LightFollower& light) {
+  constexpr double kWellInside = 0.7;
+  constexpr double kBorneOut = 0.7;
+  for_each_outline(model, left, right, fit.T_H_M, kLastPass,
+                   [&](const MarkerSight& sight, int ball, const Outline& outline, double) {
+                     const HuePlane& plane = *sight.hue;
+                     const bool sure = fit.evidence.ball[at(ball)] >= kBorneOut;
+                     for (unsigned i = 0; i < at(model.inner_samples); ++i) {
+                       const Vector2 uv =
+                           outline.centre_px + kWellInside * (double{model.pattern_x[i]} * outline.axis_u_px +
+                                                              double{model.pattern_y[i]} * outline.axis_v_px);
+                       const int index = pixel_at(plane, uv);
+                       light.observe(ball, configured[at(ball)], sure ? plane.code[at(index)] : kHueOutside);
+                     }
+                   });
 }
 
 }  // namespace vergence

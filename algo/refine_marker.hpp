@@ -9,9 +9,12 @@
 // smaller. Depth comes from the disparity of the centres.
 #pragma once
 
+#include <array>
+
 #include "algo/camera_model.hpp"
 #include "algo/colour_pyramid.hpp"
 #include "algo/hue.hpp"
+#include "algo/light_follower.hpp"
 #include "algo/target_model.hpp"
 
 namespace vergence {
@@ -32,6 +35,7 @@ struct MarkerEvidence {
   // over everything, and of the least seen half of (ball, camera).
   double share = 0;
   double least_half = 0;
+  std::array<double, kMaxBalls> ball{};  // of each ball, over both cameras
 };
 
 // How well the outlines at a pose are borne out by the images: the measure that a fit must never make worse.
@@ -51,5 +55,11 @@ struct MarkerFit {
 // guess by marker_evidence().cost.
 [[nodiscard]] MarkerFit fit_marker(const MarkerModel& model, const MarkerSight& left,
                                    const MarkerSight& right, const Transform& guess);
+
+// Shows the follower the hues of the pixels well inside each ball that is borne out, one channel a ball.
+// `configured`: hue codes of the model as it was built.
+void observe_light(const MarkerModel& model, const std::array<std::uint8_t, kMaxBalls>& configured,
+                   const MarkerSight& left, const MarkerSight& right, const MarkerFit& fit,
+                   LightFollower& light);
 
 }  // namespace vergence

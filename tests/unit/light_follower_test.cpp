@@ -55,9 +55,9 @@ TEST(LightFollower, FadesWithoutATargetAndForgetsAtOnce) {
 TEST(LightFollower, IgnoresFewPixelsAndThoseThatShowSomethingElse) {
   LightFollower light;
   for (int frame = 0; frame < 50; ++frame) {
-    show(light, 0, 84, 94, 5);                // too few
-    show(light, 1, 84, 84 + 60);              // another thing
-    show(light, 2, 84, kHueUndefined);        // no hue
+    show(light, 0, 84, 94, 5);          // too few
+    show(light, 1, 84, 84 + 60);        // another thing
+    show(light, 2, 84, kHueUndefined);  // no hue
     show(light, 3, kHueDark, 84);
     light.end_frame(true);
   }
@@ -82,7 +82,8 @@ TEST(HueSector, CoversTheCircleInTwelve) {
   EXPECT_EQ(hue_sector(0), 0);
   EXPECT_EQ(hue_sector(251), kHueSectors - 1);
   for (int code = 1; code < kHueSteps; ++code) {
-    const int step = hue_sector(static_cast<std::uint8_t>(code)) - hue_sector(static_cast<std::uint8_t>(code - 1));
+    const int step =
+        hue_sector(static_cast<std::uint8_t>(code)) - hue_sector(static_cast<std::uint8_t>(code - 1));
     EXPECT_TRUE(step == 0 || step == 1);
   }
   EXPECT_LT(hue_sector(kHueOutside), kHueSectors);

@@ -1,9 +1,9 @@
-// The fit of a marker's outlines: far below a pixel from rough starts, with balls hidden, under any light and in
-// every format; never worse than the guess, and as sure of itself as its scatter says.
+// The fit of a marker's outlines: far below a pixel from rough starts, with balls hidden, under any light and
+// in every format; never worse than the guess, and as sure of itself as its scatter says.
 #include "algo/refine_marker.hpp"
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include <cmath>
 #include <cstring>
