@@ -36,6 +36,10 @@ inline constexpr double kMinDepth_mm = 1.0;
 // is nearer than kMinDepth_mm. Points beside the image have coordinates all the same.
 [[nodiscard]] bool project(const CameraModel& camera, const Vector3& p_C_mm, Vector2& uv_px);
 
+// The same, and how (u, v) changes with the point: px a mm.
+[[nodiscard]] bool project(const CameraModel& camera, const Vector3& p_C_mm, Vector2& uv_px,
+                           Eigen::Matrix<double, 2, 3>& slope);
+
 // Transform from the target frame to a camera's: T_C_M = inv(T_H_C) * T_H_M.
 [[nodiscard]] Transform target_in_camera(const CameraModel& camera, const Transform& T_H_M);
 

@@ -62,10 +62,35 @@ void pack_yuv_row(const std::uint8_t* HWY_RESTRICT luma, int luma_step, const st
   }
 }
 
+void pack_raw_rgb_row(const std::uint8_t* HWY_RESTRICT rgb, int width, ColourPixel* HWY_RESTRICT out) {
+  const hn::ScalableTag<std::uint8_t> d8;
+  const int lanes = static_cast<int>(hn::Lanes(d8));
+  int x = 0;
+  for (; x + lanes <= width; x += lanes) {
+    hn::Vec<decltype(d8)> r;
+    hn::Vec<decltype(d8)> g;
+    hn::Vec<decltype(d8)> b;
+    hn::LoadInterleaved3(d8, rgb + 3 * x, r, g, b);
+    hn::StoreInterleaved4(r, g, b, hn::Zero(d8), d8, reinterpret_cast<std::uint8_t*>(out + x));
+  }
+  for (; x < width; ++x) {
+    const int packed = rgb[3 * x] | (rgb[3 * x + 1] << 8) | (rgb[3 * x + 2] << 16);
+    out[x] = static_cast<ColourPixel>(packed);
+  }
+}
+
+// kRaw: RGB stays RGB.
+template <bool kRaw>
 void pack_row(const ImageView& image, int y, ColourPixel* out) {
   const std::uint8_t* row = image.data + static_cast<std::size_t>(y) * image.stride_bytes;
   switch (image.format) {
-    case PixelFormat::kRgb24: pack_rgb_row(row, image.width_px, out); break;
+    case PixelFormat::kRgb24:
+      if constexpr (kRaw) {
+        pack_raw_rgb_row(row, image.width_px, out);
+      } else {
+        pack_rgb_row(row, image.width_px, out);
+      }
+      break;
     case PixelFormat::kYuyv: pack_yuv_row(row, 2, row + 1, row + 3, 4, image.width_px, out); break;
     case PixelFormat::kUyvy: pack_yuv_row(row + 1, 2, row, row + 2, 4, image.width_px, out); break;
     case PixelFormat::kNv12: {
@@ -106,13 +131,22 @@ void halve(const Finer& finer, Coarser& coarser) {
 
 }  // namespace
 
-void fill_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+template <bool kRaw>
+void fill_full(const ImageView& image, ColourPyramid& pyramid) {
   pyramid.full.width_px = image.width_px;
   pyramid.full.height_px = image.height_px;
   for (int y = 0; y < image.height_px; ++y) {
-    pack_row(image, y, pyramid.full.pixel.data() + static_cast<std::ptrdiff_t>(y) * image.width_px);
+    pack_row<kRaw>(image, y, pyramid.full.pixel.data() + static_cast<std::ptrdiff_t>(y) * image.width_px);
   }
   pyramid.full.pixel[static_cast<std::size_t>(image.width_px * image.height_px)] = kNeutralPixel;
+}
+
+void fill_raw(const ImageView& image, ColourPyramid& pyramid) {
+  fill_full<true>(image, pyramid);
+}
+
+void fill_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+  fill_full<false>(image, pyramid);
   halve(pyramid.full, pyramid.half);
   halve(pyramid.half, pyramid.quarter);
 }
@@ -123,6 +157,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vergence {
 
+HWY_EXPORT(fill_raw);
 HWY_EXPORT(fill_pyramid);
 
 ColourLevel level_of(const ColourPyramid& pyramid, int level) {
@@ -146,7 +181,9 @@ CameraModel camera_at_level(const CameraModel& camera, int level) {
   return scaled;
 }
 
-Status make_colour_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+namespace {
+
+Status check_image(const ImageView& image) {
   const bool yuv = image.format != PixelFormat::kRgb24;
   if (image.data == nullptr || (image.format == PixelFormat::kNv12 && image.chroma == nullptr)) {
     return Status::kBadImage;
@@ -155,6 +192,19 @@ Status make_colour_pyramid(const ImageView& image, ColourPyramid& pyramid) {
       image.height_px > kMaxImageHeight || (yuv && (image.width_px % 2 != 0))) {
     return Status::kBadImage;
   }
+  return Status::kOk;
+}
+
+}  // namespace
+
+Status make_raw_colour(const ImageView& image, ColourPyramid& pyramid) {
+  if (const Status status = check_image(image); status != Status::kOk) return status;
+  HWY_DYNAMIC_DISPATCH(fill_raw)(image, pyramid);
+  return Status::kOk;
+}
+
+Status make_colour_pyramid(const ImageView& image, ColourPyramid& pyramid) {
+  if (const Status status = check_image(image); status != Status::kOk) return status;
   HWY_DYNAMIC_DISPATCH(fill_pyramid)(image, pyramid);
   return Status::kOk;
 }

@@ -45,6 +45,10 @@ struct ColourLevel {
 // The camera that would have taken a level: a level-L pixel is the mean of 2^L x 2^L pixels.
 [[nodiscard]] CameraModel camera_at_level(const CameraModel& camera, int level);
 
+// The full level alone, and its bytes as the camera delivers them: r g b, or luma cb cr of limited range. All
+// that a marker needs. Errors as below.
+[[nodiscard]] Status make_raw_colour(const ImageView& image, ColourPyramid& pyramid);
+
 // Each level is the rounded mean of four pixels of the one before; an odd last row or column is left out.
 // YUV images are taken as they are (limited range): correlation does not mind gain and offset.
 // kBadImage where the size is beyond the static limits, below 4 x 4, or (YUV) odd.

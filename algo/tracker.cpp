@@ -1,6 +1,10 @@
 #include "algo/tracker.hpp"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+
+#include "algo/trigonometry.hpp"
 
 namespace vergence {
 namespace {
@@ -20,6 +24,9 @@ constexpr RefinePass kMiddlePass{1, 400, 6};
 constexpr RefinePass kFinePass{0, 1000, 6};
 
 // The thesis: nine generations; ours: what a cold lock, and a frame of tracking, take.
+constexpr int kMarkerGuesses = 3;
+constexpr double kExpectedShare = 0.3;  // of the contour points
+
 constexpr int kThesisGenerations = 9;
 constexpr int kSearchGenerations = 2400;
 constexpr int kTrackGenerations = 60;
@@ -31,7 +38,11 @@ struct Certainty {
   double chance;
   double sure;
 };
-constexpr Certainty kMarkerFitness{0.55, 1.25};     // of 180/108
+constexpr Certainty kThesisMarkerFitness{0.55, 1.25};  // of 180/108
+// Of the share of contour points with an edge where it should be. No clutter reached a third; with one ball
+// wrong it is two thirds at most, and so it can be of a marker followed behind a bar.
+constexpr Certainty kMarkerFound{0.45, 0.99};
+constexpr Certainty kMarkerFollowed{0.25, 0.65};
 constexpr Certainty kPhotoCorrelation{0.55, 0.85};  // of 1
 constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
 
@@ -66,6 +77,16 @@ unsigned at(int i) {
   return static_cast<unsigned>(i);
 }
 
+// Of [x y z e1 e2 e3]. What no outline tells is as uncertain as a search box.
+Matrix6 marker_covariance(const MarkerFit& fit) {
+  constexpr double kBox_mm = 200;
+  constexpr double kBox_rad = 1;
+  Matrix6 information = fit.information;
+  for (int k = 0; k < 6; ++k) information(k, k) += 1 / (k < 3 ? kBox_mm * kBox_mm : kBox_rad * kBox_rad);
+  const Matrix6 J = pose_jacobian(fit.T_H_M);
+  return J * information.ldlt().solve(Matrix6::Identity()) * J.transpose();
+}
+
 }  // namespace
 
 const char* to_string(TrackState state) {
@@ -94,6 +115,7 @@ Status Tracker::configure(const StereoRig& rig, const MarkerModel& model, const 
   if (model.balls < 1) return Status::kBadModel;
   kind_ = TargetKind::kMarker;
   marker_ = model;
+  marker_hue_ = model.hue;
   return configure_common(rig, settings);
 }
 
@@ -101,6 +123,8 @@ Status Tracker::configure(const StereoRig& rig, const PhotoModel& model, const T
   if (model.inner < 16) return Status::kBadModel;
   kind_ = TargetKind::kPhoto;
   photo_ = model;
+  std::copy_n(model.hue.begin(), kMaxPhotoPoints, photo_hue_.begin());
+  photo_background_hue_ = model.background_hue;
   build_correlation_model(photo_, 2, kSearchPoints, search_model_);
   build_correlation_model(photo_, 2, kSettlePoints, settle_model_);
   build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
@@ -123,6 +147,8 @@ Status Tracker::configure_common(const StereoRig& rig, const TrackerSettings& se
 }
 
 void Tracker::forget() {
+  light_.forget();
+  expect_light();
   predictor_.forget();
   population_ready_ = false;
   box_ = settings_.box;
@@ -187,6 +213,11 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
   if (kind_ == TargetKind::kPhoto && !is_thesis()) {
     if (const Status status = make_colour_pyramid(left, colour_left_); status != Status::kOk) return status;
     if (const Status status = make_colour_pyramid(right, colour_right_); status != Status::kOk) return status;
+  }
+  if (kind_ == TargetKind::kMarker && !is_thesis()) {
+    if (const Status status = make_raw_colour(left, colour_left_); status != Status::kOk) return status;
+    if (const Status status = make_raw_colour(right, colour_right_); status != Status::kOk) return status;
+    yuv_ = left.format != PixelFormat::kRgb24;
   }
   random_ = CounterRandom(settings_.seed, frame);
   motion_ = motion;
@@ -285,7 +316,8 @@ Transform Tracker::refine_best() {
   const GeneCoding coding = settings_.ga.coding;
   const Pose best = decode(population_.individual[0].chromosome, box_, coding);
   Transform T_H_M = to_transform(best);
-  if (kind_ == TargetKind::kMarker || is_thesis()) return T_H_M;
+  if (is_thesis() || settings_.last_stage == Stage::kEvolved) return T_H_M;
+  if (kind_ == TargetKind::kMarker) return refine_best_marker();
 
   const auto refine = [this](const RefinePass& pass, Transform& T) {
     refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
@@ -321,8 +353,129 @@ Transform Tracker::refine_best() {
   return T_H_M;
 }
 
+MarkerSight Tracker::marker_sight(bool of_left) const {
+  return {of_left ? &rig_.left : &rig_.right, of_left ? &hue_left_ : &hue_right_,
+          level_of(of_left ? colour_left_ : colour_right_, 0), yuv_};
+}
+
+Transform Tracker::refine_best_marker() {
+  const MarkerSight left = marker_sight(true);
+  const MarkerSight right = marker_sight(false);
+  const auto individual = [this](int i) {
+    return decode(population_.individual[at(i)].chromosome, box_, settings_.ga.coding);
+  };
+  if (state_ == TrackState::kTracking) {
+    // The fittest, or where it was expected if the outlines are there already.
+    const Transform fittest = to_transform(individual(0));
+    const Transform expected = predictor_.predict(motion_.t_s, motion_.T_W_H);
+    const MarkerEvidence of_expected = marker_evidence(marker_, left, right, expected);
+    const bool there = of_expected.share > kExpectedShare &&
+                       of_expected.cost < marker_evidence(marker_, left, right, fittest).cost;
+    marker_fit_ = fit_marker(marker_, left, right, there ? expected : fittest);
+    return marker_fit_.T_H_M;
+  }
+  // The fittest, and the fittest of those elsewhere; where there are too few of them, others do.
+  std::array<Pose, kMarkerGuesses> guess;
+  for (int g = 0; g < kMarkerGuesses; ++g) {
+    guess[at(g)] = individual(g);
+    bool found = g == 0;
+    for (int i = 1; i < kPopulation; ++i) {
+      const Pose pose = individual(i);
+      bool fresh = !found;
+      for (int k = 0; k < g; ++k) fresh &= distinct(pose, guess[at(k)]);
+      if (fresh) guess[at(g)] = pose;
+      found |= fresh;
+    }
+  }
+  marker_fit_.evidence.cost = 2;
+  const auto try_from = [&](const Transform& T) {
+    const MarkerFit fit = fit_marker(marker_, left, right, T);
+    if (fit.evidence.cost < marker_fit_.evidence.cost) marker_fit_ = fit;
+  };
+  for (const Pose& pose : guess) try_from(to_transform(pose));
+  try_from(pivoted(marker_fit_));
+  return marker_fit_.T_H_M;
+}
+
+// Two balls may be right and the others elsewhere: turns the pose about the line through the two that are
+// borne out best, to where the votes like it most.
+Transform Tracker::pivoted(const MarkerFit& fit) const {
+  constexpr int kAngles = 48;
+  constexpr int kFirst = 2;  // less than that much of a turn is what fitting itself sees to
+  constexpr double kHalfAngle_rad = 3.141592653589793 / kAngles;
+  int first = 0;
+  int second = marker_.balls > 1 ? 1 : 0;
+  for (int ball = 1; ball < marker_.balls; ++ball) {
+    const double share = fit.evidence.ball[at(ball)];
+    if (share > fit.evidence.ball[at(first)]) {
+      second = first;
+      first = ball;
+    } else if (ball != second && share > fit.evidence.ball[at(second)]) {
+      second = ball;
+    }
+  }
+  const Vector3 from = marker_.ball[at(first)].centre_mm;
+  const Vector3 way = marker_.ball[at(second)].centre_mm - from;
+  const Vector3 axis = way / std::sqrt(way.squaredNorm() + 1e-12);
+  Transform best = fit.T_H_M;
+  std::int64_t most = INT64_MIN;
+  for (int k = kFirst; k <= kAngles - kFirst; ++k) {
+    const auto [sine, cosine] = sin_cos(kHalfAngle_rad * k);
+    const Matrix3 R =
+        rotation_from_quaternion_vector(cosine < 0 ? Vector3(-sine * axis) : Vector3(sine * axis));
+    const Transform T = fit.T_H_M * Transform{R, from - R * from};
+    const std::int64_t votes = score(T, Measure::kVotes);
+    if (votes > most) best = T;
+    if (votes > most) most = votes;
+  }
+  return best;
+}
+
+// Learns, from the pixels that show the target, how the light shifts its hues.
+void Tracker::follow_light(const Transform& T_H_M) {
+  const bool tracked = state_ == TrackState::kTracking;
+  if (tracked && kind_ == TargetKind::kMarker) {
+    observe_light(marker_, marker_hue_, marker_sight(true), marker_sight(false), marker_fit_, light_);
+  }
+  if (tracked && kind_ == TargetKind::kPhoto) {
+    for (const bool of_left : {true, false}) {
+      const CameraModel& camera = of_left ? rig_.left : rig_.right;
+      const HuePlane& plane = of_left ? hue_left_ : hue_right_;
+      const Transform T_C_M = target_in_camera(camera, T_H_M);
+      for (unsigned i = 0; i < at(photo_.inner); ++i) {
+        Vector2 uv{-1, -1};
+        const Vector3 p = T_C_M * Vector3(photo_.x_mm[i], photo_.y_mm[i], photo_.z_mm[i]);
+        const bool inside = project(camera, p, uv) && uv[0] >= 0 && uv[1] >= 0 &&
+                            uv[0] <= plane.width_px - 1 && uv[1] <= plane.height_px - 1;
+        const int index = inside
+                              ? static_cast<int>(uv[1] + 0.5) * plane.width_px + static_cast<int>(uv[0] + 0.5)
+                              : plane.outside_index();
+        light_.observe(hue_sector(photo_hue_[i]), photo_hue_[i], plane.code[at(index)]);
+      }
+    }
+  }
+  light_.end_frame(tracked);
+  expect_light();
+}
+
+void Tracker::expect_light() {
+  for (int ball = 0; ball < marker_.balls; ++ball) {
+    marker_.hue[at(ball)] = light_.expected(ball, marker_hue_[at(ball)]);
+  }
+  for (unsigned i = 0; i < at(photo_.points()); ++i) {
+    photo_.hue[i] = light_.expected(hue_sector(photo_hue_[i]), photo_hue_[i]);
+  }
+  photo_.background_hue = light_.expected(hue_sector(photo_background_hue_), photo_background_hue_);
+}
+
 double Tracker::confidence_of(const Transform& T_H_M) const {
-  if (kind_ == TargetKind::kMarker) return share_of(fitness_at(to_pose(T_H_M)), kMarkerFitness);
+  if (kind_ == TargetKind::kMarker && (is_thesis() || settings_.last_stage == Stage::kEvolved)) {
+    return share_of(fitness_at(to_pose(T_H_M)), kThesisMarkerFitness);
+  }
+  if (kind_ == TargetKind::kMarker) {
+    return share_of(marker_fit_.evidence.share,
+                    state_ == TrackState::kTracking ? kMarkerFollowed : kMarkerFound);
+  }
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
   const double both =
       static_cast<double>(score(T_H_M, Measure::kJudge)) / static_cast<double>(kCorrelationOne);
@@ -336,7 +489,9 @@ void Tracker::update_state(double confidence) {
   }
   if (state_ == TrackState::kTracking) {
     // Search anew, in the whole box. The thesis just goes on.
+    const LightFollower light = light_;  // fades of itself
     if (!is_thesis()) forget();
+    light_ = light;
     state_ = TrackState::kLost;
   } else if (epochs_ >= kFullSearchEpochs) {
     state_ = TrackState::kLost;
@@ -353,8 +508,12 @@ Estimate Tracker::end_frame() {
   estimate.confidence = confidence_of(T_H_M);
   estimate.generations = generations_;
   estimate.evaluations = evaluations_;
+  if (kind_ == TargetKind::kMarker && !is_thesis() && settings_.last_stage != Stage::kEvolved) {
+    estimate.covariance = marker_covariance(marker_fit_);
+  }
   T_H_M_last_ = T_H_M;
   update_state(estimate.confidence);
+  if (!is_thesis()) follow_light(T_H_M);
   if (state_ == TrackState::kTracking || is_thesis()) {
     if (before != TrackState::kTracking && !is_thesis()) predictor_.forget();
     predictor_.observe(motion_.t_s, motion_.T_W_H, T_H_M);

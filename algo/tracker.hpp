@@ -13,8 +13,10 @@
 #include "algo/fitness.hpp"
 #include "algo/hue_plane.hpp"
 #include "algo/image.hpp"
+#include "algo/light_follower.hpp"
 #include "algo/motion_predictor.hpp"
 #include "algo/refine.hpp"
+#include "algo/refine_marker.hpp"
 #include "algo/rm_ga.hpp"
 #include "algo/status.hpp"
 #include "algo/target_model.hpp"
@@ -130,6 +132,11 @@ class Tracker {
   void merge_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
+  [[nodiscard]] MarkerSight marker_sight(bool of_left) const;
+  [[nodiscard]] Transform refine_best_marker();
+  [[nodiscard]] Transform pivoted(const MarkerFit& fit) const;
+  void follow_light(const Transform& T_H_M);
+  void expect_light();
   [[nodiscard]] double confidence_of(const Transform& T_H_M) const;
   void update_state(double confidence);
   [[nodiscard]] bool is_thesis() const { return settings_.method == Method::kThesis; }
@@ -141,6 +148,10 @@ class Tracker {
   StereoRig rig_;  // T_H_C of the frame
   MarkerModel marker_;
   PhotoModel photo_;
+  // Hues of the two as they were configured; those in them follow the light.
+  std::array<std::uint8_t, kMaxBalls> marker_hue_{};
+  std::array<std::uint8_t, kMaxPhotoPoints> photo_hue_{};
+  std::uint8_t photo_background_hue_ = kHueUndefined;
   CorrelationModel search_model_;
   CorrelationModel settle_model_;
   CorrelationModel judge_model_;
@@ -155,6 +166,7 @@ class Tracker {
   std::array<CameraModel, kColourLevels> camera_right_;
   Transform T_CL_H_;
   Transform T_CR_H_;
+  bool yuv_ = false;  // the images are; a marker's colours are kept as they come
   FrameMotion motion_;
   CounterRandom random_;
   int generations_ = 0;
@@ -171,7 +183,10 @@ class Tracker {
   int epoch_generation_ = 0;
   int epochs_ = 0;  // ended since the search began
   TrackState state_ = TrackState::kSearching;
+  LightFollower light_;
   RefineWorkspace workspace_;
+
+  MarkerFit marker_fit_;  // of this frame
 };
 
 }  // namespace vergence

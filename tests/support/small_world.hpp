@@ -67,7 +67,9 @@ inline std::vector<Ball> marker_balls() {
 struct World {
   TargetKind kind = TargetKind::kPhoto;
   bool present = true;
-  double light = 1;  // times all colours
+  double light = 1;                          // times all colours
+  Rgb cast{1, 1, 1};                         // times each
+  std::vector<Ball> balls = marker_balls();  // as they stand in the world; the model's are always those
   StereoRig rig;
 
   explicit World(TargetKind of) : kind(of) {
@@ -87,7 +89,6 @@ struct World {
     picture.rgb.resize(static_cast<std::size_t>(camera.width_px * camera.height_px) * 3);
     const Transform T_C_M = target_in_camera(camera, T_H_M);
     const Transform T_M_C = T_C_M.inverse();
-    const auto balls = marker_balls();
     constexpr int kSide = 3;  // samples along a pixel's side
     std::size_t at = 0;
     for (int y = 0; y < camera.height_px; ++y) {
@@ -97,16 +98,16 @@ struct World {
           const double u = x + (k % kSide + 0.5) / kSide - 0.5;
           const double v = y + (static_cast<double>(k / kSide) + 0.5) / kSide - 0.5;
           const Vector3 ray{(u - camera.cx_px) / camera.fx_px, (v - camera.cy_px) / camera.fy_px, 1};
-          const Rgb c = see(ray, T_C_M, T_M_C, camera, balls);
+          const Rgb c = see(ray, T_C_M, T_M_C, camera);
           sum = {sum.r + c.r, sum.g + c.g, sum.b + c.b};
         }
-        const auto byte = [&](double value) {
-          const double scaled = value / (kSide * kSide) * light + 0.5;
+        const auto byte = [&](double value, double factor) {
+          const double scaled = value / (kSide * kSide) * (light * factor) + 0.5;
           return static_cast<std::uint8_t>(scaled > 255 ? 255 : scaled);
         };
-        picture.rgb[at++] = byte(sum.r);
-        picture.rgb[at++] = byte(sum.g);
-        picture.rgb[at++] = byte(sum.b);
+        picture.rgb[at++] = byte(sum.r, cast.r);
+        picture.rgb[at++] = byte(sum.g, cast.g);
+        picture.rgb[at++] = byte(sum.b, cast.b);
       }
     }
     return picture;
@@ -114,8 +115,8 @@ struct World {
 
   // The model as a user would have it: balls as they are, or a photo taken straight on at 400 mm.
   void make_model(MarkerModel& model) const {
-    const auto balls = marker_balls();
-    (void)build_marker_model(balls.data(), static_cast<int>(balls.size()), {}, model);
+    const auto of_model = marker_balls();
+    (void)build_marker_model(of_model.data(), static_cast<int>(of_model.size()), {}, model);
   }
   void make_model(PhotoModel& model, int points = 600) const {
     CameraModel camera;
@@ -141,7 +142,7 @@ struct World {
 
  private:
   [[nodiscard]] Rgb see(const Vector3& ray, const Transform& T_C_M, const Transform& T_M_C,
-                        const CameraModel& camera, const std::vector<Ball>& balls) const {
+                        const CameraModel& camera) const {
     if (present && kind == TargetKind::kPhoto) {
       const Vector3 direction = T_M_C.R * ray;
       const double t = -T_M_C.t_mm[2] / direction[2];
