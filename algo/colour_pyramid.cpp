@@ -149,6 +149,7 @@ void fill_pyramid(const ImageView& image, ColourPyramid& pyramid) {
   fill_full<false>(image, pyramid);
   halve(pyramid.full, pyramid.half);
   halve(pyramid.half, pyramid.quarter);
+  halve(pyramid.quarter, pyramid.eighth);
 }
 
 }  // namespace vergence::HWY_NAMESPACE
@@ -165,7 +166,8 @@ ColourLevel level_of(const ColourPyramid& pyramid, int level) {
     return ColourLevel{plane.pixel.data(), plane.width_px, plane.height_px};
   };
   if (level == 0) return view(pyramid.full);
-  return level == 1 ? view(pyramid.half) : view(pyramid.quarter);
+  if (level == 1) return view(pyramid.half);
+  return level == 2 ? view(pyramid.quarter) : view(pyramid.eighth);
 }
 
 CameraModel camera_at_level(const CameraModel& camera, int level) {

@@ -1,4 +1,5 @@
-// An image as luma and chroma at full, half and quarter resolution: what correlation and refinement read.
+// An image as luma and chroma at full, half, quarter and eighth resolution: what correlation and refinement
+// read.
 #pragma once
 
 #include <array>
@@ -11,7 +12,7 @@
 
 namespace vergence {
 
-inline constexpr int kColourLevels = 3;
+inline constexpr int kColourLevels = 4;
 
 // A packed pixel: luma, cb, cr, 0 from the least significant byte.
 using ColourPixel = std::uint32_t;
@@ -29,6 +30,7 @@ struct ColourPyramid {
   ColourPlane<kMaxImagePixels> full;
   ColourPlane<kMaxImagePixels / 4> half;
   ColourPlane<kMaxImagePixels / 16> quarter;
+  ColourPlane<kMaxImagePixels / 64> eighth;
 };
 
 // One level of a pyramid, to read.
@@ -40,7 +42,7 @@ struct ColourLevel {
   [[nodiscard]] std::int32_t outside_index() const { return width_px * height_px; }
 };
 
-[[nodiscard]] ColourLevel level_of(const ColourPyramid& pyramid, int level);  // 0 full, 1 half, 2 quarter
+[[nodiscard]] ColourLevel level_of(const ColourPyramid& pyramid, int level);  // 0 full .. 3 eighth
 
 // The camera that would have taken a level: a level-L pixel is the mean of 2^L x 2^L pixels.
 [[nodiscard]] CameraModel camera_at_level(const CameraModel& camera, int level);

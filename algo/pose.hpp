@@ -44,9 +44,9 @@ struct Transform {
 [[nodiscard]] Transform to_transform(const Pose& pose);
 [[nodiscard]] Pose to_pose(const Transform& T);
 
-// How a pose's six numbers [x y z e1 e2 e3] change with an increment [translation in mm; rotation vector in rad]
-// in the target frame: T_H_M * {exp(w), t}. To first order; turns covariances of increments into those of poses,
-// J C J^T.
+// How a pose's six numbers [x y z e1 e2 e3] change with an increment [translation in mm; rotation vector in
+// rad] in the target frame: T_H_M * {exp(w), t}. To first order; turns covariances of increments into those
+// of poses, J C J^T.
 [[nodiscard]] Matrix6 pose_jacobian(const Transform& T_H_M);
 
 // True where every component is finite and |e| <= 1.

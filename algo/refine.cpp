@@ -417,7 +417,7 @@ struct NormalEquations {
   Vector6 g = Vector6::Zero();
   double squares = 0;    // sum of weighted squared residuals
   double residuals = 0;  // how many
-  double cost = 0;       // Alignment::cost
+  std::array<double, kPairings> cost{};
 };
 
 double cost_of(const Pairing& pair) {
@@ -452,7 +452,7 @@ NormalEquations linearize(const Level& level, const Transform& T_H_M) {
   V4 scale_squared[kPairings];
   for (int name = 0; name < kPairings; ++name) {
     const Pairing& pair = pairs[name] = fit_light(level, name);
-    result.cost += cost_of(pair);
+    result.cost[static_cast<unsigned>(name)] = cost_of(pair);
     gain[name] = set(pair.gain);
     for (int c = 0; c < kChannels; ++c) offset[name][c] = set(pair.offset[c]);
     const double scale = 1.5 * pair.deviation + 0.5;  // residuals much beyond it count little
@@ -521,7 +521,8 @@ Alignment assess_alignment(const PhotoModel& model, const StereoRig& rig, const 
   const Level level(model, rig, left, right, pass, workspace);
   NormalEquations normal = linearize(level, T_H_M);
   Alignment result;
-  result.cost = normal.cost;
+  result.pairing_cost = normal.cost;
+  result.cost = normal.cost[0] + normal.cost[1] + normal.cost[2];
   const double variance =
       normal.residuals > 0 ? kResidualsForOne * normal.squares / normal.residuals : kResidualsForOne;
   // A prior of a metre and a radian or so: what nothing fixes stays finite.

@@ -50,6 +50,7 @@ struct Alignment {
   // For each pairing the mean absolute residual over the spread of the colours, summed over the three; 0 is
   // perfect, 3 no better than any other place. The measure that refinement must never make worse.
   double cost = 3;
+  std::array<double, 3> pairing_cost{1, 1, 1};  // of photo with left, photo with right, left with right
   // Covariance of [x y z e1 e2 e3] of T_H_M (mm, 1), from the normal equations and the residuals; large, not
   // infinite, where the images fix nothing.
   Matrix6 covariance = Matrix6::Zero();

@@ -103,9 +103,10 @@ template <class Score>
 void evolve_generation(Population& population, const GaSettings& settings, CounterRandom& random,
                        Score&& score);
 
-// Draws all 20 at random and evaluates them.
+// Draws 20 times `founders` chromosomes at random, evaluates them, and keeps the fittest of each `founders`.
+// With one it is the first generation of the thesis.
 template <class Score>
-void start_population(Population& population, CounterRandom& random, Score&& score);
+void found_population(Population& population, int founders, CounterRandom& random, Score&& score);
 
 // Evaluates all 20 again, as when a new pair of images has come, and sorts.
 template <class Score>
@@ -132,10 +133,15 @@ void evolve_generation(Population& population, const GaSettings& settings, Count
 }
 
 template <class Score>
-void start_population(Population& population, CounterRandom& random, Score&& score) {
+void found_population(Population& population, int founders, CounterRandom& random, Score&& score) {
   for (auto& individual : population.individual) {
     individual.chromosome = random_chromosome(random);
     individual.score = score(individual.chromosome);
+    for (int k = 1; k < founders; ++k) {
+      Individual other{random_chromosome(random), 0};
+      other.score = score(other.chromosome);
+      if (other.score > individual.score) individual = other;
+    }
   }
   sort_by_score(population);
 }

@@ -109,8 +109,8 @@ struct PhotoModel {
   // to have no say in alignment. All 1 until a relief is learned.
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> weight{};
   std::array<PointColours, kColourLevels> colour{};  // of S_in
-  // Where the photo was taken from, in the target frame: a point of relief z lies on the ray from here through
-  // its place (x, y, 0) on the flat model.
+  // Where the photo was taken from, in the target frame: a point of relief z lies on the ray from here
+  // through its place (x, y, 0) on the flat model.
   Vector3 optical_centre_mm = Vector3::Zero();
   std::uint8_t background_hue = kHueUndefined;
   PhotoVotes votes;

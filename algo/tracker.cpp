@@ -11,14 +11,20 @@ namespace {
 
 // Search: the population is evolved from scratch again and again, an epoch each time; the best of each epoch
 // stands in the archive, from which the last part of a frame's budget settles.
-constexpr int kEpochGenerations = 60;
-constexpr int kFullSearchEpochs = 8;   // after so many in vain, the target is not there
-constexpr double kSearchShare = 0.75;  // of a frame's budget
-constexpr int kSearchPoints = 160;     // points of each measure
+constexpr int kEpochGenerations = 30;
+constexpr int kFounders = 4;           // drawn for each of the first generation; the fittest of them stays
+constexpr int kFullSearchEpochs = 24;  // after so many in vain, the target is not there
+constexpr double kSearchShare = 0.95;  // of a frame's budget
+constexpr int kSearchPoints = 48;      // points of each measure
 constexpr int kSettlePoints = 400;
 constexpr int kJudgePoints = 640;
 constexpr int kSettleMutation_per_1024 = 51;  // half of the searching rate: fewer long jumps
 
+// What is searched for is to be some pixels large, and no more: the coarser, the wider the way up to the
+// truth.
+constexpr double kSearchSize_px = 12;
+constexpr int kCoarsestLevel = 3;
+constexpr RefinePass kArchivePass{3, 100, 6};
 constexpr RefinePass kCoarsePass{2, 200, 8};
 constexpr RefinePass kMiddlePass{1, 400, 6};
 constexpr RefinePass kFinePass{0, 1000, 6};
@@ -28,10 +34,17 @@ constexpr int kMarkerGuesses = 3;
 constexpr double kExpectedShare = 0.3;  // of the contour points
 
 constexpr int kThesisGenerations = 9;
-constexpr int kSearchGenerations = 2400;
+constexpr int kSearchGenerations = 3200;
 constexpr int kTrackGenerations = 60;
 
 constexpr double kFound = 0.5;  // confidence
+
+// While following: what the frame before reached, times this, is a target that is no longer where it was
+// expected.
+constexpr double kGone = 0.75;
+// A scout population searches the whole box while a target is followed, some generations a frame.
+constexpr int kScoutGenerations = 20;
+constexpr double kScoutMargin = 0.05;  // of the score, that a scout must be fitter by
 
 // Confidence is the share of the way from what chance reaches to what a sure match reaches.
 struct Certainty {
@@ -65,6 +78,19 @@ Transform mirrored_tilt(const Transform& T_H_M) {
   const Matrix3 half_turn = 2 * sight * sight.transpose() - Matrix3::Identity();
   const Matrix3 R = half_turn * T_H_M.R * Vector3{-1, -1, 1}.asDiagonal();
   return {R, T_H_M.t_mm};
+}
+
+// The coarsest level at which a photo-model is still large enough to be told, seen at the middle of the box.
+int level_for(const PhotoModel& model, const CameraModel& camera, double distance_mm) {
+  double squares = 0;  // of the points' distance from the origin; a square of side a has a^2 / 6 of it
+  for (unsigned i = 0; i < static_cast<unsigned>(model.inner); ++i) {
+    squares += model.x_mm[i] * model.x_mm[i] + model.y_mm[i] * model.y_mm[i];
+  }
+  const double side_mm = std::sqrt(6 * squares / model.inner);
+  const double side_px = side_mm * camera.fx_px / (distance_mm > 1 ? distance_mm : 1);
+  int level = 0;
+  while (level < kCoarsestLevel && side_px / (2 << level) >= kSearchSize_px) ++level;
+  return level;
 }
 
 // Far enough apart to be two different guesses rather than one.
@@ -125,7 +151,8 @@ Status Tracker::configure(const StereoRig& rig, const PhotoModel& model, const T
   photo_ = model;
   std::copy_n(model.hue.begin(), kMaxPhotoPoints, photo_hue_.begin());
   photo_background_hue_ = model.background_hue;
-  build_correlation_model(photo_, 2, kSearchPoints, search_model_);
+  build_correlation_model(photo_, level_for(photo_, rig.left, settings.box.centre[2]), kSearchPoints,
+                          search_model_);
   build_correlation_model(photo_, 2, kSettlePoints, settle_model_);
   build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
   return configure_common(rig, settings);
@@ -150,27 +177,38 @@ void Tracker::forget() {
   light_.forget();
   expect_light();
   predictor_.forget();
-  population_ready_ = false;
-  box_ = settings_.box;
+  start_search();
+  scout_generation_ = 0;
+  following_ = false;
+  rescuing_ = false;
+  state_ = TrackState::kSearching;
+}
+
+void Tracker::clear_archive() {
   archive_ = Population{};
   for (Individual& individual : archive_.individual) individual.score = INT64_MIN;
   epoch_generation_ = 0;
   epochs_ = 0;
-  state_ = TrackState::kSearching;
 }
 
 int Tracker::usual_generations() const {
   if (is_thesis()) return kThesisGenerations;
-  return state_ == TrackState::kTracking ? kTrackGenerations : kSearchGenerations;
+  if (following_) return kTrackGenerations;
+  return rescuing_ ? kTrackGenerations + kSearchGenerations : kSearchGenerations;
 }
 
 Tracker::Measure Tracker::search_measure() const {
   return kind_ == TargetKind::kMarker || is_thesis() ? Measure::kVotes : Measure::kSearch;
 }
 
+// Of the pose that is followed: the measure of settling while it is.
+Tracker::Measure Tracker::followed_measure() const {
+  return kind_ == TargetKind::kMarker ? Measure::kVotes : Measure::kJudge;
+}
+
 Tracker::Measure Tracker::settle_measure() const {
   if (kind_ == TargetKind::kMarker || is_thesis()) return Measure::kVotes;
-  return state_ == TrackState::kTracking ? Measure::kJudge : Measure::kSettle;
+  return following_ ? followed_measure() : Measure::kSettle;
 }
 
 std::int64_t Tracker::score(const Transform& T_H_M, Measure measure) const {
@@ -228,10 +266,12 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
   generations_ = 0;
   evaluations_ = 0;
   settling_ = false;
+  rescuing_ = false;
+  following_ = state_ == TrackState::kTracking && !is_thesis();
 
   const GeneCoding coding = settings_.ga.coding;
   const auto score_settle = [this](const Chromosome& c) { return score(c, settle_measure()); };
-  if (state_ == TrackState::kTracking || (is_thesis() && predictor_.known())) {
+  if (following_ || (is_thesis() && predictor_.known())) {
     // Motion feed-forward: the motion that takes the last estimate to the predicted one takes everybody
     // along.
     const Transform T_H_M = predictor_.predict(motion.t_s, motion.T_W_H);
@@ -250,10 +290,11 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
     }
     if (!is_thesis()) population_.individual[0].chromosome = encode(to_pose(T_H_M), box_, coding);
     evaluate_population(population_, score_settle);
+    if (following_) scout();
   } else {
     const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
     if (!population_ready_) {
-      start_population(population_, random_, score_search);
+      found_population(population_, is_thesis() ? 1 : kFounders, random_, score_search);
     } else {
       evaluate_population(population_, score_search);
     }
@@ -263,8 +304,10 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
 }
 
 void Tracker::evolve(double progress) {
+  // Once the usual generations have followed it in vain, the rest of the frame's budget looks everywhere.
+  if (following_ && generations_ == kTrackGenerations && is_gone()) start_rescue();
   ++generations_;
-  if (!is_thesis() && state_ != TrackState::kTracking && progress < kSearchShare) {
+  if (!is_thesis() && !following_ && progress < kSearchShare) {
     evolve_search();
     return;
   }
@@ -275,13 +318,63 @@ void Tracker::evolve(double progress) {
                     [this](const Chromosome& c) { return score(c, settle_measure()); });
 }
 
+// Whether what is followed is seen far less well than in the frame before.
+bool Tracker::is_gone() const {
+  return static_cast<double>(population_.individual[0].score) < kGone * static_cast<double>(followed_score_);
+}
+
+void Tracker::start_search() {
+  box_ = settings_.box;
+  clear_archive();
+  population_ready_ = false;
+}
+
+void Tracker::start_rescue() {
+  rescue_pose_ = to_transform(decode(population_.individual[0].chromosome, box_, settings_.ga.coding));
+  following_ = false;
+  rescuing_ = true;
+  start_search();
+  found_population(population_, kFounders, random_,
+                   [this](const Chromosome& c) { return score(c, search_measure()); });
+  population_ready_ = true;
+}
+
+// Some generations of a population that has nothing to do with the target that is followed. The best of an
+// epoch, where it is fitter than what is followed, and elsewhere, makes the frame a search.
+void Tracker::scout() {
+  const auto score_search = [this](const Chromosome& c) {
+    ++evaluations_;
+    return score(to_transform(decode(c, settings_.box, settings_.ga.coding)), search_measure());
+  };
+  if (scout_generation_ == 0) {
+    found_population(scouts_, kFounders, random_, score_search);
+  } else {
+    evaluate_population(scouts_, score_search);
+  }
+  for (int g = 0; g < kScoutGenerations; ++g) {
+    evolve_generation(scouts_, settings_.ga, random_, score_search);
+  }
+  scout_generation_ += kScoutGenerations;
+  if (scout_generation_ < kEpochGenerations) return;
+  scout_generation_ = 0;
+  const Pose found = decode(scouts_.individual[0].chromosome, settings_.box, settings_.ga.coding);
+  const Pose followed = decode(population_.individual[0].chromosome, box_, settings_.ga.coding);
+  const auto mark = static_cast<double>(score(to_transform(followed), search_measure()));
+  const auto scouted = static_cast<double>(scouts_.individual[0].score);
+  const double margin = kScoutMargin * (mark > 0 ? mark : -mark);
+  if (distinct(found, followed) && scouted > mark + margin) {
+    start_rescue();
+    archive_.individual[0] = {encode(found, box_, settings_.ga.coding), scouts_.individual[0].score};
+  }
+}
+
 void Tracker::evolve_search() {
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (epoch_generation_ == kEpochGenerations) {
     keep_in_archive(population_.individual[0]);
     ++epochs_;
     epoch_generation_ = 0;
-    start_population(population_, random_, score_search);
+    found_population(population_, kFounders, random_, score_search);
   }
   ++epoch_generation_;
   evolve_generation(population_, settings_.ga, random_, score_search);
@@ -296,7 +389,7 @@ void Tracker::keep_in_archive(const Individual& individual) {
 }
 
 void Tracker::settle() {
-  if (!is_thesis() && state_ != TrackState::kTracking && !settling_) merge_archive();
+  if (!is_thesis() && !following_ && !settling_) merge_archive();
   settling_ = true;
 }
 
@@ -309,7 +402,22 @@ void Tracker::merge_archive() {
   }
   merged.individual[kPopulation - 1] = population_.individual[0];
   population_ = merged;
+  if (search_measure() == Measure::kSearch) polish_archive();
   evaluate_population(population_, [this](const Chromosome& c) { return score(c, settle_measure()); });
+}
+
+// A few steps of alignment bring those that got near the truth nearer than evolution at that resolution can.
+void Tracker::polish_archive() {
+  RefinePass pass = kArchivePass;
+  pass.level = search_model_.level;
+  for (Individual& individual : population_.individual) {
+    const Transform T = to_transform(decode(individual.chromosome, box_, settings_.ga.coding));
+    Transform polished = T;
+    refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, polished);
+    if (score(polished, Measure::kSettle) > score(T, Measure::kSettle)) {
+      individual.chromosome = encode(to_pose(polished), box_, settings_.ga.coding);
+    }
+  }
 }
 
 Transform Tracker::refine_best() {
@@ -325,14 +433,15 @@ Transform Tracker::refine_best() {
   const auto cost = [this](const RefinePass& pass, const Transform& T) {
     return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
   };
-  if (state_ != TrackState::kTracking) {
-    // Three guesses: the fittest, its mirror image, and the fittest of those elsewhere.
+  if (!following_) {
+    // The fittest, its mirror image, the fittest of those elsewhere, and where it was followed to.
     Pose other = best;
     for (int i = kPopulation - 1; i > 0; --i) {
       const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
       if (distinct(pose, best)) other = pose;
     }
-    std::array<Transform, 3> guesses{T_H_M, mirrored_tilt(T_H_M), to_transform(other)};
+    std::array<Transform, 4> guesses{T_H_M, mirrored_tilt(T_H_M), to_transform(other),
+                                     rescuing_ ? rescue_pose_ : mirrored_tilt(to_transform(other))};
     double least_cost = 1e9;
     for (Transform& guess : guesses) {
       refine(kCoarsePass, guess);
@@ -350,6 +459,8 @@ Transform Tracker::refine_best() {
     refine(pass, refined);
     if (cost(pass, refined) <= before) T_H_M = refined;
   }
+  photo_alignment_ =
+      assess_alignment(photo_, rig_, colour_left_, colour_right_, kFinePass, workspace_, T_H_M);
   return T_H_M;
 }
 
@@ -364,7 +475,7 @@ Transform Tracker::refine_best_marker() {
   const auto individual = [this](int i) {
     return decode(population_.individual[at(i)].chromosome, box_, settings_.ga.coding);
   };
-  if (state_ == TrackState::kTracking) {
+  if (following_) {
     // The fittest, or where it was expected if the outlines are there already.
     const Transform fittest = to_transform(individual(0));
     const Transform expected = predictor_.predict(motion_.t_s, motion_.T_W_H);
@@ -393,6 +504,7 @@ Transform Tracker::refine_best_marker() {
     if (fit.evidence.cost < marker_fit_.evidence.cost) marker_fit_ = fit;
   };
   for (const Pose& pose : guess) try_from(to_transform(pose));
+  try_from(rescuing_ ? rescue_pose_ : to_transform(guess[0]));
   try_from(pivoted(marker_fit_));
   return marker_fit_.T_H_M;
 }
@@ -473,8 +585,7 @@ double Tracker::confidence_of(const Transform& T_H_M) const {
     return share_of(fitness_at(to_pose(T_H_M)), kThesisMarkerFitness);
   }
   if (kind_ == TargetKind::kMarker) {
-    return share_of(marker_fit_.evidence.share,
-                    state_ == TrackState::kTracking ? kMarkerFollowed : kMarkerFound);
+    return share_of(marker_fit_.evidence.share, following_ ? kMarkerFollowed : kMarkerFound);
   }
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
   const double both =
@@ -500,7 +611,7 @@ void Tracker::update_state(double confidence) {
 
 Estimate Tracker::end_frame() {
   settle();  // where the budget ended before it came to that
-  const TrackState before = state_;
+  const bool found_anew = !following_;
   const Transform T_H_M = refine_best();
   Estimate estimate;
   estimate.pose = to_pose(T_H_M);
@@ -508,15 +619,17 @@ Estimate Tracker::end_frame() {
   estimate.confidence = confidence_of(T_H_M);
   estimate.generations = generations_;
   estimate.evaluations = evaluations_;
-  if (kind_ == TargetKind::kMarker && !is_thesis() && settings_.last_stage != Stage::kEvolved) {
-    estimate.covariance = marker_covariance(marker_fit_);
+  if (!is_thesis() && settings_.last_stage != Stage::kEvolved) {
+    estimate.covariance =
+        kind_ == TargetKind::kMarker ? marker_covariance(marker_fit_) : photo_alignment_.covariance;
   }
   T_H_M_last_ = T_H_M;
   update_state(estimate.confidence);
   if (!is_thesis()) follow_light(T_H_M);
   if (state_ == TrackState::kTracking || is_thesis()) {
-    if (before != TrackState::kTracking && !is_thesis()) predictor_.forget();
+    if (found_anew && !is_thesis()) predictor_.forget();
     predictor_.observe(motion_.t_s, motion_.T_W_H, T_H_M);
+    if (!is_thesis()) followed_score_ = score(T_H_M, followed_measure());
   }
   estimate.state = state_;
   return estimate;

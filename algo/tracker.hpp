@@ -72,8 +72,9 @@ struct FrameMotion {
 };
 
 struct Estimate {
-  Pose pose;              // T_H_M: the target in the hand frame
-  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement; zero where the pose was not refined.
+  Pose pose;  // T_H_M: the target in the hand frame
+  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement; zero where the pose was not
+  // refined.
   Matrix6 covariance = Matrix6::Zero();
   double fitness = 0;     // Eq. 3.22 or 5.19 at that pose
   double confidence = 0;  // in [0, 1]
@@ -107,7 +108,8 @@ class Tracker {
   // Forgets target, velocity and population: the next frame starts from nothing.
   void forget();
 
-  // Generations a frame is worth in the present state, where the caller has no wish of its own.
+  // Generations this frame is worth, where the caller has no wish of its own. To be asked again after each: a
+  // target that turns out to be gone is worth a search in the same frame.
   [[nodiscard]] int usual_generations() const;
 
   // Fitness of Eq. 3.22 or 5.19 of any pose T_H_M on the images of the last begin_frame().
@@ -115,11 +117,14 @@ class Tracker {
 
   [[nodiscard]] TrackState state() const { return state_; }
 
+  // Whether this frame stays about where the target is expected; otherwise it searches the whole box.
+  [[nodiscard]] bool is_following() const { return following_; }
+
  private:
   // What a pose is scored by.
   enum class Measure : std::uint8_t {
     kVotes,   // of hue: the marker, and the thesis's method
-    kSearch,  // correlation of few points at quarter resolution
+    kSearch,  // correlation of few points at low resolution
     kSettle,  // of more points
     kJudge,   // of many points at half resolution
   };
@@ -127,9 +132,16 @@ class Tracker {
   [[nodiscard]] Status configure_common(const StereoRig& rig, const TrackerSettings& settings);
   [[nodiscard]] std::int64_t score(const Transform& T_H_M, Measure measure) const;
   [[nodiscard]] std::int64_t score(const Chromosome& chromosome, Measure measure);
+  [[nodiscard]] Measure followed_measure() const;
+  [[nodiscard]] bool is_gone() const;
+  void start_search();
+  void start_rescue();
+  void clear_archive();
+  void scout();
   void evolve_search();
   void settle();
   void merge_archive();
+  void polish_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
   [[nodiscard]] MarkerSight marker_sight(bool of_left) const;
@@ -172,6 +184,10 @@ class Tracker {
   int generations_ = 0;
   std::int64_t evaluations_ = 0;
   bool settling_ = false;
+  bool following_ = false;  // the population stays about the expected pose
+  bool rescuing_ = false;   // it did, in vain, and searches everywhere now
+  Transform rescue_pose_;   // where it had got to
+  Alignment photo_alignment_;
 
   // Carried over.
   MotionPredictor predictor_;
@@ -181,7 +197,10 @@ class Tracker {
   Population archive_;  // the best of each epoch of a search
   bool population_ready_ = false;
   int epoch_generation_ = 0;
-  int epochs_ = 0;  // ended since the search began
+  int epochs_ = 0;     // ended since the search began
+  Population scouts_;  // of the whole box, while a target is followed
+  int scout_generation_ = 0;
+  std::int64_t followed_score_ = 0;  // of the last estimate
   TrackState state_ = TrackState::kSearching;
   LightFollower light_;
   RefineWorkspace workspace_;

@@ -115,24 +115,27 @@ FrameResult Estimator::run(const Frame& frame, const RgbImage& left, const RgbIm
   };
   const Status status = tracker_->begin_frame(draw, left.view(), right.view(), motion);
   if (status != Status::kOk) throw InputError(frame.left, "", describe(status));
-  double& finish_ms = finish_ms_[tracker_->state() == TrackState::kTracking ? 1 : 0];
   const double budget_ms = options_.budget_ms.value_or(0);
-  const double evolve_until_ms =
-      budget_ms - std::min(kFinishReserve * finish_ms, kLargestReserve * budget_ms);
+  // Whether a frame follows or searches may change while it evolves, and with it what is left to do at its
+  // end.
+  const auto evolve_until_ms = [&] {
+    const double finish_ms = finish_ms_[tracker_->is_following() ? 1 : 0];
+    return budget_ms - std::min(kFinishReserve * finish_ms, kLargestReserve * budget_ms);
+  };
   if (options_.budget_ms && !options_.generations) {
     const double begun_ms = elapsed_ms();
-    const double span_ms = evolve_until_ms - begun_ms;
-    for (double now_ms = begun_ms; now_ms < evolve_until_ms; now_ms = elapsed_ms()) {
-      tracker_->evolve((now_ms - begun_ms) / span_ms);
+    for (double now_ms = begun_ms; now_ms < evolve_until_ms(); now_ms = elapsed_ms()) {
+      tracker_->evolve((now_ms - begun_ms) / (evolve_until_ms() - begun_ms));
     }
   } else {
-    const int generations = options_.generations.value_or(tracker_->usual_generations());
-    for (int g = 0; g < generations; ++g) {
+    const auto wanted = [&] { return options_.generations.value_or(tracker_->usual_generations()); };
+    for (int g = 0; g < wanted(); ++g) {
       // Where both are given, the clock is a guard only.
-      if (options_.budget_ms && elapsed_ms() >= evolve_until_ms) break;
-      tracker_->evolve(static_cast<double>(g) / generations);
+      if (options_.budget_ms && elapsed_ms() >= evolve_until_ms()) break;
+      tracker_->evolve(static_cast<double>(g) / wanted());
     }
   }
+  double& finish_ms = finish_ms_[tracker_->is_following() ? 1 : 0];
   const double evolved_ms = elapsed_ms();
   result.estimate = tracker_->end_frame();
   result.compute_ms = elapsed_ms();
