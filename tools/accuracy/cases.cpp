@@ -1,4 +1,5 @@
 #include <array>
+#include <initializer_list>
 
 #include "tools/accuracy/case.hpp"
 
@@ -8,6 +9,12 @@ namespace {
 constexpr std::array<const char*, 6> kLights{"500lx", "30lx", "80lx", "1000lx", "2500lx", "lamp-moved"};
 constexpr std::array<const char*, 12> kCreatures{"C12", "C05", "C02", "C07", "C01", "C03",
                                                  "C04", "C06", "C08", "C09", "C10", "C11"};
+
+std::string joined(std::initializer_list<std::string> parts) {
+  std::string text;
+  for (const std::string& part : parts) text += part;
+  return text;
+}
 
 std::string light(const std::string& preset) {
   return "light.preset = \"" + preset + "\"\n";
@@ -116,13 +123,14 @@ std::vector<Case> lock_cases(SuiteSize size) {
   for (const char* preset : {"30lx", "2500lx"}) {
     const std::string dim = light(preset);
     const int frames = size.frames(40, 10);
-    cases.push_back({kHard,
-                     {std::string("hard_marker_") + preset, "marker_random", kMarkerBox + dim + bar, frames},
-                     Task::kCold});
+    cases.push_back(
+        {kHard,
+         {std::string("hard_marker_") + preset, "marker_random", joined({kMarkerBox, dim, bar}), frames},
+         Task::kCold});
     for (const char* code : {"C08", "C09"}) {
       cases.push_back({kHard,
                        {std::string("hard_") + preset + "_" + code, "photo_random",
-                        kPhotoBox + creature(code) + dim + bar, frames},
+                        joined({kPhotoBox, creature(code), dim, bar}), frames},
                        Task::kCold});
     }
   }

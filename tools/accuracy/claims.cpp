@@ -80,8 +80,8 @@ ErrorReport error_report(const std::string& what, const std::vector<Case>& cases
   report.all = error_row("all", all, part);
   Claim& claim = report.claim;
   claim.what = what;
-  claim.target =
-      format("RMS %g %g %g mm, e %g", bounds.rms_mm[0], bounds.rms_mm[1], bounds.rms_mm[2], bounds.rms_e);
+  claim.target = format("RMS %g %g %g mm", bounds.rms_mm[0], bounds.rms_mm[1], bounds.rms_mm[2]);
+  if (bounds.rms_e < 1) claim.target += format(", e %g", bounds.rms_e);
   if (bounds.largest_mm > 0) claim.target += format(", none off by more than %g mm", bounds.largest_mm);
   if (report.all.frames == 0) {
     claim.measured = "no such frame";

@@ -42,7 +42,7 @@ inline constexpr int kLearned_frames = 30;
 
 struct ErrorBounds {
   Vector3 rms_mm;
-  double rms_e = 0;
+  double rms_e = 1;       // 1: none
   double largest_mm = 0;  // 0: none
 };
 

@@ -163,7 +163,8 @@ void write_page(const std::filesystem::path& page, const SuiteResult& result, co
          "all of their frames together, are within the bounds. What is not met stands here as it was "
          "measured.\n\n";
   print_claims(out, result.claims);
-  out << "\nTimes are of one core, the quickest of three passes over the same frames.\n\n";
+  out << "\nTimes are of one core, the quickest of three passes over the same frames; processor time "
+         "is\nless where other programs want the core too.\n\n";
   if (!result.errors.empty()) out << "## Errors, data set by data set\n\n";
   for (const ErrorReport& report : result.errors) write_errors(out, report);
   write_cold(out, result.cold);

@@ -57,7 +57,7 @@ void write_generation_plot(const std::filesystem::path& png, const std::vector<S
   script << "set terminal pngcairo size " << 120 + 270 * all.panels.size()
          << ",640 font 'Sans,11'\nset output " << tools::gnuplot_quoted(png.string())
          << "\nset multiplot layout 2," << all.panels.size()
-         << " margins 0.06,0.99,0.15,0.93 spacing 0.045,0.06\nset logscale xy\nset grid lc '#dddddd'\n"
+         << " margins 0.06,0.99,0.15,0.93 spacing 0.045,0.06\nset logscale xy\nset grid lc rgb '#dddddd'\n"
             "set xrange [7:1300]\nset key off\nset xtics (9, 50, 200, 1000)\nset title noenhanced\n";
   for (std::size_t i = 0; i < all.lines.size(); ++i) {
     script << "$line" << i << " << EOD\n";
@@ -76,7 +76,7 @@ void write_generation_plot(const std::filesystem::path& png, const std::vector<S
                : lowest  ? "RMS |e|"
                          : "RMS position, mm")
            << "'\n"
-           << "set format y '%g'\n"
+           << "set format y '%6g'\n"
            // One key for all of them, below.
            << (lowest && which == 0 ? "set key at screen 0.5,0.03 center maxrows 1\n" : "set key off\n")
            << "plot ";
@@ -122,11 +122,11 @@ void write_reliability_plot(const std::filesystem::path& png, const Reliability&
       script << "NaN NaN\n";
     }
   }
-  script << "EOD\nset multiplot\nset grid lc '#dddddd'\nset xrange [0:1]\nset xtics 0.1\nset lmargin at "
+  script << "EOD\nset multiplot\nset grid lc rgb '#dddddd'\nset xrange [0:1]\nset xtics 0.1\nset lmargin at "
             "screen 0.13\n"
             "set rmargin at screen 0.96\n"
             "set tmargin at screen 0.95\nset bmargin at screen 0.36\nset yrange [0:1.05]\nset format x ''\n"
-            "set ylabel 'share of right poses'\nset key top left\n"
+            "set ylabel 'share of right poses'\nset key bottom right\n"
             "plot x with lines dt 2 lw 1.5 lc '#888888' title 'as stated', "
             "$bin using 3:4 with linespoints lw 2 pt 7 ps 1.3 lc '#0072b2' title 'observed'\n"
             "set tmargin at screen 0.32\nset bmargin at screen 0.11\nset format x '%g'\nset logscale y\n"

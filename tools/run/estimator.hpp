@@ -43,6 +43,7 @@ struct FrameResult {
   Estimate estimate;
   Stage stage = Stage::kEvolved;   // that the pose went through last
   std::optional<PoseError> error;  // where there is truth
+  double cpu_ms = 0;               // of which the processor worked on it: less, where others want it too
   double compute_ms = 0;           // from the two images in memory to the pose
 };
 
