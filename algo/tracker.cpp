@@ -29,6 +29,7 @@ constexpr double kExpectedShare = 0.3;  // of the contour points
 
 constexpr int kThesisGenerations = 9;
 constexpr int kSearchGenerations = 2400;
+constexpr int kMarkerSearchGenerations = 1500;
 constexpr int kTrackGenerations = 60;
 
 constexpr double kFound = 0.5;  // confidence
@@ -161,7 +162,8 @@ void Tracker::forget() {
 
 int Tracker::usual_generations() const {
   if (is_thesis()) return kThesisGenerations;
-  return state_ == TrackState::kTracking ? kTrackGenerations : kSearchGenerations;
+  if (state_ == TrackState::kTracking) return kTrackGenerations;
+  return kind_ == TargetKind::kMarker ? kMarkerSearchGenerations : kSearchGenerations;
 }
 
 Tracker::Measure Tracker::search_measure() const {
