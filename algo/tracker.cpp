@@ -44,6 +44,7 @@ constexpr Certainty kThesisMarkerFitness{0.55, 1.25};  // of 180/108
 // wrong it is two thirds at most, and so it can be of a marker followed behind a bar.
 constexpr Certainty kMarkerFound{0.45, 0.99};
 constexpr Certainty kMarkerFollowed{0.25, 0.65};
+constexpr Certainty kMarkerLeastBall{0, 0.7};       // to be found; while it is followed, a ball may be hidden
 constexpr Certainty kPhotoCorrelation{0.55, 0.85};  // of 1
 constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
 
@@ -475,8 +476,11 @@ double Tracker::confidence_of(const Transform& T_H_M) const {
     return share_of(fitness_at(to_pose(T_H_M)), kThesisMarkerFitness);
   }
   if (kind_ == TargetKind::kMarker) {
-    return share_of(marker_fit_.evidence.share,
-                    state_ == TrackState::kTracking ? kMarkerFollowed : kMarkerFound);
+    const MarkerEvidence& evidence = marker_fit_.evidence;
+    if (state_ == TrackState::kTracking) return share_of(evidence.share, kMarkerFollowed);
+    const double all = share_of(evidence.share, kMarkerFound);
+    const double least = share_of(evidence.least_ball, kMarkerLeastBall);
+    return all < least ? all : least;
   }
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
   const double both =
