@@ -120,6 +120,13 @@ Outline outline_of(const MarkerModel& model, int ball, const CameraModel& camera
   return outline;
 }
 
+// Where a sample of S_in lies, drawn in to a share of the radius.
+Vector2 inner_sample(const MarkerModel& model, unsigned i, const Outline& outline, double share) {
+  const double across = share * static_cast<double>(model.pattern_x[i]);
+  const double down = share * static_cast<double>(model.pattern_y[i]);
+  return outline.centre_px + across * outline.axis_u_px + down * outline.axis_v_px;
+}
+
 // ---- Normal equations -------------------------------------------------------------------------------------
 
 struct NormalEquations {
@@ -315,8 +322,7 @@ BallColour colour_of_ball(const MarkerModel& model, int ball, const Outline& out
   Linear sum = Linear::Zero();
   int count = 0;
   for (unsigned i = 0; i < at(model.inner_samples); ++i) {
-    const Vector2 uv = outline.centre_px + kWellInside * (double{model.pattern_x[i]} * outline.axis_u_px +
-                                                          double{model.pattern_y[i]} * outline.axis_v_px);
+    const Vector2 uv = inner_sample(model, i, outline, kWellInside);
     const bool inside =
         uv[0] >= 0 && uv[1] >= 0 && uv[0] <= sampler.width_px() - 1.0 && uv[1] <= sampler.height_px() - 1.0;
     const int x = inside ? static_cast<int>(uv[0] + 0.5) : 0;
@@ -547,9 +553,7 @@ void observe_light(const MarkerModel& model, const std::array<std::uint8_t, kMax
                      const HuePlane& plane = *sight.hue;
                      const bool sure = fit.evidence.ball[at(ball)] >= kBorneOut;
                      for (unsigned i = 0; i < at(model.inner_samples); ++i) {
-                       const Vector2 uv =
-                           outline.centre_px + kWellInside * (double{model.pattern_x[i]} * outline.axis_u_px +
-                                                              double{model.pattern_y[i]} * outline.axis_v_px);
+                       const Vector2 uv = inner_sample(model, i, outline, kWellInside);
                        const int index = pixel_at(plane, uv);
                        light.observe(ball, configured[at(ball)], sure ? plane.code[at(index)] : kHueOutside);
                      }
