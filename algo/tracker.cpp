@@ -79,6 +79,17 @@ unsigned at(int i) {
   return static_cast<unsigned>(i);
 }
 
+// Whether a pose lies in a box or not far beside it: fitting may have carried it anywhere.
+bool about_in(const SearchBox& box, const Pose& pose) {
+  constexpr double kMargin = 1.25;  // of the half range
+  bool inside = true;
+  for (int i = 0; i < kGenes; ++i) {
+    const double off = (i < 3 ? pose.position_mm[i] : pose.e[i - 3]) - box.centre[at(i)];
+    inside &= std::abs(off) <= kMargin * box.half_range[at(i)];
+  }
+  return inside;
+}
+
 // Of [x y z e1 e2 e3]. What no outline tells is as uncertain as a search box.
 Matrix6 marker_covariance(const MarkerFit& fit) {
   constexpr double kBox_mm = 200;
@@ -390,10 +401,12 @@ Transform Tracker::refine_best_marker() {
       found |= fresh;
     }
   }
-  marker_fit_.evidence.cost = 2;
+  double least_cost = 3;
   const auto try_from = [&](const Transform& T) {
     const MarkerFit fit = fit_marker(marker_, left, right, T);
-    if (fit.evidence.cost < marker_fit_.evidence.cost) marker_fit_ = fit;
+    const double cost = fit.evidence.cost + (about_in(settings_.box, to_pose(fit.T_H_M)) ? 0 : 1);
+    if (cost < least_cost) marker_fit_ = fit;
+    least_cost = cost < least_cost ? cost : least_cost;
   };
   for (const Pose& pose : guess) try_from(to_transform(pose));
   try_from(pivoted(marker_fit_));
@@ -478,6 +491,7 @@ double Tracker::confidence_of(const Transform& T_H_M) const {
   if (kind_ == TargetKind::kMarker) {
     const MarkerEvidence& evidence = marker_fit_.evidence;
     if (state_ == TrackState::kTracking) return share_of(evidence.share, kMarkerFollowed);
+    if (!about_in(settings_.box, to_pose(T_H_M))) return 0;
     const double all = share_of(evidence.share, kMarkerFound);
     const double least = share_of(evidence.least_ball, kMarkerLeastBall);
     return all < least ? all : least;
