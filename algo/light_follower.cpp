@@ -29,7 +29,7 @@ void LightFollower::forget() {
 
 void LightFollower::observe(int channel, std::uint8_t configured, std::uint8_t seen) {
   Channel& c = channel_[static_cast<unsigned>(channel)];
-  const bool both = is_hue(configured) & is_hue(seen);
+  const bool both = is_hue(configured) && is_hue(seen);
   const int shift = whole_steps(c.shift);
   const int off = signed_distance(configured + shift, seen);  // from where it was expected
   const bool counts = both & (off < kNear) & (off > -kNear);

@@ -108,15 +108,23 @@ Outline outline_of(const MarkerModel& model, int ball, const CameraModel& camera
     const Vector2 near = point.uv_px - room_px * point.normal;
     const Vector2 far = point.uv_px + room_px * point.normal;
     const auto inside = [&camera](const Vector2& uv) {
-      return (uv[0] >= 1) & (uv[1] >= 1) & (uv[0] <= camera.width_px - 2.001) &
-             (uv[1] <= camera.height_px - 2.001);
+      return uv[0] >= 1 && uv[1] >= 1 && uv[0] <= camera.width_px - 2.001 &&
+             uv[1] <= camera.height_px - 2.001;
     };
-    point.seen = inside(near) & inside(far) & !is_hidden(model, ball, T_C_M, p, room_rad);
+    const bool hidden = is_hidden(model, ball, T_C_M, p, room_rad);
+    point.seen = inside(near) && inside(far) && !hidden;
   }
   outline.axis_u_px = outline.point[0].uv_px - outline.centre_px;
   outline.axis_v_px = outline.point[kContourPoints / 4].uv_px - outline.centre_px;
   outline.radius_px = 0.5 * (outline.point[0].radius_px + outline.point[kContourPoints / 4].radius_px);
   return outline;
+}
+
+// Where a sample of S_in lies, drawn in to a share of the radius.
+Vector2 inner_sample(const MarkerModel& model, unsigned i, const Outline& outline, double share) {
+  const double across = share * static_cast<double>(model.pattern_x[i]);
+  const double down = share * static_cast<double>(model.pattern_y[i]);
+  return outline.centre_px + across * outline.axis_u_px + down * outline.axis_v_px;
 }
 
 // ---- Normal equations -------------------------------------------------------------------------------------
@@ -208,8 +216,7 @@ constexpr double kRayStep = 0.12;
 
 // Index of the nearest pixel, or the outside index.
 int pixel_at(const HuePlane& plane, const Vector2& uv) {
-  const bool inside =
-      (uv[0] >= 0) & (uv[1] >= 0) & (uv[0] <= plane.width_px - 1) & (uv[1] <= plane.height_px - 1);
+  const bool inside = uv[0] >= 0 && uv[1] >= 0 && uv[0] <= plane.width_px - 1 && uv[1] <= plane.height_px - 1;
   const int x = inside ? static_cast<int>(uv[0] + 0.5) : 0;
   const int y = inside ? static_cast<int>(uv[1] + 0.5) : 0;
   return inside ? y * plane.width_px + x : plane.outside_index();
@@ -231,7 +238,8 @@ Edges hue_edges(const Outline& outline, const HuePlane& plane, std::uint8_t hue,
     }
     const double edge = kRayFrom + kRayStep * (matches - 0.5);
     edges.offset_px[at(k)] = (edge - 1) * point.radius_px;
-    edges.clarity[at(k)] = (matches > 0) & (matches < kRaySamples) & (within == kRaySamples) ? 1 : 0;
+    const bool ends = matches > 0 && matches < kRaySamples && within == kRaySamples;
+    edges.clarity[at(k)] = ends ? 1 : 0;
   }
   return edges;
 }
@@ -314,14 +322,13 @@ BallColour colour_of_ball(const MarkerModel& model, int ball, const Outline& out
   Linear sum = Linear::Zero();
   int count = 0;
   for (unsigned i = 0; i < at(model.inner_samples); ++i) {
-    const Vector2 uv = outline.centre_px + kWellInside * (double{model.pattern_x[i]} * outline.axis_u_px +
-                                                          double{model.pattern_y[i]} * outline.axis_v_px);
-    const bool inside = (uv[0] >= 0) & (uv[1] >= 0) & (uv[0] <= sampler.width_px() - 1.0) &
-                        (uv[1] <= sampler.height_px() - 1.0);
+    const Vector2 uv = inner_sample(model, i, outline, kWellInside);
+    const bool inside =
+        uv[0] >= 0 && uv[1] >= 0 && uv[0] <= sampler.width_px() - 1.0 && uv[1] <= sampler.height_px() - 1.0;
     const int x = inside ? static_cast<int>(uv[0] + 0.5) : 0;
     const int y = inside ? static_cast<int>(uv[1] + 0.5) : 0;
     const std::uint8_t code = sight.hue->code[static_cast<std::size_t>(y) * at(sampler.width_px()) + at(x)];
-    const bool match = inside & (hue_distance(code, model.hue[at(ball)]) <= model.tolerance[at(ball)]);
+    const bool match = inside && hue_distance(code, model.hue[at(ball)]) <= model.tolerance[at(ball)];
     sum += (match ? 1.0F : 0.0F) * sampler.pixel(x, y);
     count += static_cast<int>(match);
   }
@@ -477,8 +484,6 @@ MarkerFit assess(const MarkerModel& model, const MarkerSight& left, const Marker
   double cost = 0;
   int points = 0;
   int there = 0;
-  std::array<double, 2 * kMaxBalls> shares{};
-  int outlines = 0;
   std::array<int, kMaxBalls> ball_seen{};
   std::array<int, kMaxBalls> ball_there{};
   for_each_outline(
@@ -494,7 +499,7 @@ MarkerFit assess(const MarkerModel& model, const MarkerSight& left, const Marker
         for (unsigned k = 0; k < kContourPoints; ++k) {
           const double r = edges.offset_px[k] - offset;
           seen += static_cast<int>(outline.point[k].seen);
-          borne_out += static_cast<int>((edges.clarity[k] > kClear) & (std::abs(r) < kThere_px) & right_size);
+          borne_out += static_cast<int>(edges.clarity[k] > kClear && std::abs(r) < kThere_px && right_size);
           cost += outline.point[k].seen
                       ? 1 - edges.clarity[k] * std::sqrt(robust_weight(r, kLastPass.scale_px))
                       : 0;
@@ -503,26 +508,16 @@ MarkerFit assess(const MarkerModel& model, const MarkerSight& left, const Marker
         ball_seen[at(ball)] += seen;
         ball_there[at(ball)] += borne_out;
         there += borne_out;
-        if (seen >= kFewest) shares[at(outlines++)] = static_cast<double>(borne_out) / seen;
       });
+  double least = 1;
   for (unsigned ball = 0; ball < at(model.balls); ++ball) {
     evidence.ball[ball] = ball_there[ball] / (ball_seen[ball] + 1e-9);
+    if (ball_seen[ball] >= kFewest && evidence.ball[ball] < least) least = evidence.ball[ball];
   }
   if (points < kContourPoints) return fit;
   evidence.cost = cost / points;
   evidence.share = static_cast<double>(there) / points;
-  // Selection by rank, whatever the values.
-  const int half = (outlines + 1) / 2;
-  double sum = 0;
-  for (int i = 0; i < outlines; ++i) {
-    int rank = 0;
-    for (int j = 0; j < outlines; ++j) {
-      rank +=
-          static_cast<int>((shares[at(j)] < shares[at(i)]) | ((shares[at(j)] == shares[at(i)]) & (j < i)));
-    }
-    sum += rank < half ? shares[at(i)] : 0;
-  }
-  evidence.least_half = half > 0 ? sum / half : 0;
+  evidence.least_ball = least;
   // Weights are relative: the residuals tell the variance of a weight of one.
   constexpr double kLeastVariance_px2 = 0.02 * 0.02;
   const double freedom = N.weights - 6 - 2 * model.balls;
@@ -558,9 +553,7 @@ void observe_light(const MarkerModel& model, const std::array<std::uint8_t, kMax
                      const HuePlane& plane = *sight.hue;
                      const bool sure = fit.evidence.ball[at(ball)] >= kBorneOut;
                      for (unsigned i = 0; i < at(model.inner_samples); ++i) {
-                       const Vector2 uv =
-                           outline.centre_px + kWellInside * (double{model.pattern_x[i]} * outline.axis_u_px +
-                                                              double{model.pattern_y[i]} * outline.axis_v_px);
+                       const Vector2 uv = inner_sample(model, i, outline, kWellInside);
                        const int index = pixel_at(plane, uv);
                        light.observe(ball, configured[at(ball)], sure ? plane.code[at(index)] : kHueOutside);
                      }

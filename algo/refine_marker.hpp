@@ -32,10 +32,10 @@ struct MarkerSight {
 struct MarkerEvidence {
   double cost = 1;  // mean over the contour points: 0 an edge just there, 1 none within reach or none clear
   // The share of contour points with a clear edge, to within about a pixel, of balls of about the right size:
-  // over everything, and of the least seen half of (ball, camera).
+  // over everything, of each ball over both cameras, and of the ball that has least (of those in the images).
   double share = 0;
-  double least_half = 0;
-  std::array<double, kMaxBalls> ball{};  // of each ball, over both cameras
+  std::array<double, kMaxBalls> ball{};
+  double least_ball = 0;
 };
 
 // How well the outlines at a pose are borne out by the images: the measure that a fit must never make worse.

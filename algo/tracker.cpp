@@ -11,11 +11,20 @@ namespace {
 
 // Search: the population is evolved from scratch again and again, an epoch each time; the best of each epoch
 // stands in the archive, from which the last part of a frame's budget settles.
-constexpr int kEpochGenerations = 30;
-constexpr int kFounders = 4;           // drawn for each of the first generation; the fittest of them stays
-constexpr int kFullSearchEpochs = 24;  // after so many in vain, the target is not there
-constexpr double kSearchShare = 0.95;  // of a frame's budget
-constexpr int kSearchPoints = 48;      // points of each measure
+struct SearchPlan {
+  int epoch_generations;
+  int founders;            // drawn for each of the first generation; the fittest of them stays
+  int full_search_epochs;  // after so many in vain, the target is not there
+  double share;            // of a frame's budget
+};
+constexpr SearchPlan kMarkerSearch{60, 1, 8, 0.75};
+constexpr SearchPlan kPhotoSearch{30, 4, 24, 0.95};
+
+const SearchPlan& plan_for(TargetKind kind) {
+  return kind == TargetKind::kMarker ? kMarkerSearch : kPhotoSearch;
+}
+
+constexpr int kSearchPoints = 48;  // points of each measure
 constexpr int kSettlePoints = 400;
 constexpr int kJudgePoints = 640;
 constexpr int kSettleMutation_per_1024 = 51;  // half of the searching rate: fewer long jumps
@@ -35,6 +44,7 @@ constexpr double kExpectedShare = 0.3;  // of the contour points
 
 constexpr int kThesisGenerations = 9;
 constexpr int kSearchGenerations = 3200;
+constexpr int kMarkerSearchGenerations = 1500;
 constexpr int kTrackGenerations = 60;
 
 constexpr double kFound = 0.5;  // confidence
@@ -56,6 +66,7 @@ constexpr Certainty kThesisMarkerFitness{0.55, 1.25};  // of 180/108
 // wrong it is two thirds at most, and so it can be of a marker followed behind a bar.
 constexpr Certainty kMarkerFound{0.45, 0.99};
 constexpr Certainty kMarkerFollowed{0.25, 0.65};
+constexpr Certainty kMarkerLeastBall{0, 0.7};       // to be found; while it is followed, a ball may be hidden
 constexpr Certainty kPhotoCorrelation{0.55, 0.85};  // of 1
 constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
 
@@ -101,6 +112,17 @@ bool distinct(const Pose& a, const Pose& b) {
 
 unsigned at(int i) {
   return static_cast<unsigned>(i);
+}
+
+// Whether a pose lies in a box or not far beside it: fitting may have carried it anywhere.
+bool about_in(const SearchBox& box, const Pose& pose) {
+  constexpr double kMargin = 1.25;  // of the half range
+  bool inside = true;
+  for (int i = 0; i < kGenes; ++i) {
+    const double off = (i < 3 ? pose.position_mm[i] : pose.e[i - 3]) - box.centre[at(i)];
+    inside &= std::abs(off) <= kMargin * box.half_range[at(i)];
+  }
+  return inside;
 }
 
 // Of [x y z e1 e2 e3]. What no outline tells is as uncertain as a search box.
@@ -194,7 +216,8 @@ void Tracker::clear_archive() {
 int Tracker::usual_generations() const {
   if (is_thesis()) return kThesisGenerations;
   if (following_) return kTrackGenerations;
-  return rescuing_ ? kTrackGenerations + kSearchGenerations : kSearchGenerations;
+  const int search = kind_ == TargetKind::kMarker ? kMarkerSearchGenerations : kSearchGenerations;
+  return rescuing_ ? kTrackGenerations + search : search;
 }
 
 Tracker::Measure Tracker::search_measure() const {
@@ -294,7 +317,7 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
   } else {
     const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
     if (!population_ready_) {
-      found_population(population_, is_thesis() ? 1 : kFounders, random_, score_search);
+      found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
     } else {
       evaluate_population(population_, score_search);
     }
@@ -307,7 +330,7 @@ void Tracker::evolve(double progress) {
   // Once the usual generations have followed it in vain, the rest of the frame's budget looks everywhere.
   if (following_ && generations_ == kTrackGenerations && is_gone()) start_rescue();
   ++generations_;
-  if (!is_thesis() && !following_ && progress < kSearchShare) {
+  if (!is_thesis() && !following_ && progress < plan_for(kind_).share) {
     evolve_search();
     return;
   }
@@ -334,7 +357,7 @@ void Tracker::start_rescue() {
   following_ = false;
   rescuing_ = true;
   start_search();
-  found_population(population_, kFounders, random_,
+  found_population(population_, plan_for(kind_).founders, random_,
                    [this](const Chromosome& c) { return score(c, search_measure()); });
   population_ready_ = true;
 }
@@ -347,7 +370,7 @@ void Tracker::scout() {
     return score(to_transform(decode(c, settings_.box, settings_.ga.coding)), search_measure());
   };
   if (scout_generation_ == 0) {
-    found_population(scouts_, kFounders, random_, score_search);
+    found_population(scouts_, plan_for(kind_).founders, random_, score_search);
   } else {
     evaluate_population(scouts_, score_search);
   }
@@ -355,7 +378,7 @@ void Tracker::scout() {
     evolve_generation(scouts_, settings_.ga, random_, score_search);
   }
   scout_generation_ += kScoutGenerations;
-  if (scout_generation_ < kEpochGenerations) return;
+  if (scout_generation_ < plan_for(kind_).epoch_generations) return;
   scout_generation_ = 0;
   const Pose found = decode(scouts_.individual[0].chromosome, settings_.box, settings_.ga.coding);
   const Pose followed = decode(population_.individual[0].chromosome, box_, settings_.ga.coding);
@@ -370,11 +393,11 @@ void Tracker::scout() {
 
 void Tracker::evolve_search() {
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
-  if (epoch_generation_ == kEpochGenerations) {
+  if (epoch_generation_ == plan_for(kind_).epoch_generations) {
     keep_in_archive(population_.individual[0]);
     ++epochs_;
     epoch_generation_ = 0;
-    found_population(population_, kFounders, random_, score_search);
+    found_population(population_, plan_for(kind_).founders, random_, score_search);
   }
   ++epoch_generation_;
   evolve_generation(population_, settings_.ga, random_, score_search);
@@ -498,10 +521,12 @@ Transform Tracker::refine_best_marker() {
       found |= fresh;
     }
   }
-  marker_fit_.evidence.cost = 2;
+  double least_cost = 3;
   const auto try_from = [&](const Transform& T) {
     const MarkerFit fit = fit_marker(marker_, left, right, T);
-    if (fit.evidence.cost < marker_fit_.evidence.cost) marker_fit_ = fit;
+    const double cost = fit.evidence.cost + (about_in(settings_.box, to_pose(fit.T_H_M)) ? 0 : 1);
+    if (cost < least_cost) marker_fit_ = fit;
+    least_cost = cost < least_cost ? cost : least_cost;
   };
   for (const Pose& pose : guess) try_from(to_transform(pose));
   try_from(rescuing_ ? rescue_pose_ : to_transform(guess[0]));
@@ -585,7 +610,12 @@ double Tracker::confidence_of(const Transform& T_H_M) const {
     return share_of(fitness_at(to_pose(T_H_M)), kThesisMarkerFitness);
   }
   if (kind_ == TargetKind::kMarker) {
-    return share_of(marker_fit_.evidence.share, following_ ? kMarkerFollowed : kMarkerFound);
+    const MarkerEvidence& evidence = marker_fit_.evidence;
+    if (following_) return share_of(evidence.share, kMarkerFollowed);
+    if (!about_in(settings_.box, to_pose(T_H_M))) return 0;
+    const double all = share_of(evidence.share, kMarkerFound);
+    const double least = share_of(evidence.least_ball, kMarkerLeastBall);
+    return all < least ? all : least;
   }
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
   const double both =
@@ -604,7 +634,7 @@ void Tracker::update_state(double confidence) {
     if (!is_thesis()) forget();
     light_ = light;
     state_ = TrackState::kLost;
-  } else if (epochs_ >= kFullSearchEpochs) {
+  } else if (epochs_ >= plan_for(kind_).full_search_epochs) {
     state_ = TrackState::kLost;
   }
 }

@@ -148,7 +148,7 @@ TEST(RefineMarker, FindsThePoseFarBelowAPixelFromRoughStarts) {
     SCOPED_TRACE(trial);
     expect_near(fit.T_H_M, 0.12, 0.5, 0.004);  // 1 px is 1.15 mm here, and 4.4 mm of depth
     EXPECT_GT(fit.evidence.share, 0.9);
-    EXPECT_GT(fit.evidence.least_half, 0.85);
+    EXPECT_GT(fit.evidence.least_ball, 0.85);
   }
 }
 

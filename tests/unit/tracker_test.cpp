@@ -138,7 +138,7 @@ TEST(Tracker, DoesNotTakeOtherBallsForTheMarker) {
     world.balls[2].centre_mm = {15, 60, -20};
     Bench bench(world, seed);
     for (int frame = 0; frame < 3; ++frame) {
-      EXPECT_NE(bench.step(some_pose(seed), 1200).state, TrackState::kTracking) << seed;
+      EXPECT_NE(bench.step(some_pose(seed), 800).state, TrackState::kTracking) << seed;
     }
   }
 }
