@@ -25,6 +25,7 @@ constexpr int kSearchGenerations = 2400;
 constexpr int kTrackGenerations = 60;
 
 constexpr double kFound = 0.5;  // confidence
+constexpr double kReliefConfidence = 0.5;
 
 // Confidence is the share of the way from what chance reaches to what a sure match reaches.
 struct Certainty {
@@ -104,6 +105,7 @@ Status Tracker::configure(const StereoRig& rig, const PhotoModel& model, const T
   build_correlation_model(photo_, 2, kSearchPoints, search_model_);
   build_correlation_model(photo_, 2, kSettlePoints, settle_model_);
   build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
+  relief_.start(photo_);
   return configure_common(rig, settings);
 }
 
@@ -321,6 +323,12 @@ Transform Tracker::refine_best() {
   return T_H_M;
 }
 
+// Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased.
+void Tracker::learn_relief(Transform& T_H_M) {
+  if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
+  relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M);
+}
+
 double Tracker::confidence_of(const Transform& T_H_M) const {
   if (kind_ == TargetKind::kMarker) return share_of(fitness_at(to_pose(T_H_M)), kMarkerFitness);
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
@@ -346,7 +354,8 @@ void Tracker::update_state(double confidence) {
 Estimate Tracker::end_frame() {
   settle();  // where the budget ended before it came to that
   const TrackState before = state_;
-  const Transform T_H_M = refine_best();
+  Transform T_H_M = refine_best();
+  if (before == TrackState::kTracking && confidence_of(T_H_M) >= kReliefConfidence) learn_relief(T_H_M);
   Estimate estimate;
   estimate.pose = to_pose(T_H_M);
   estimate.fitness = fitness_at(estimate.pose);

@@ -15,6 +15,7 @@
 #include "algo/image.hpp"
 #include "algo/motion_predictor.hpp"
 #include "algo/refine.hpp"
+#include "algo/relief.hpp"
 #include "algo/rm_ga.hpp"
 #include "algo/status.hpp"
 #include "algo/target_model.hpp"
@@ -113,6 +114,11 @@ class Tracker {
 
   [[nodiscard]] TrackState state() const { return state_; }
 
+  // The photo-model as it is used now, and how its relief came along. A relief is kept until configure(): a target
+  // lost and found again has it still.
+  [[nodiscard]] const PhotoModel& photo_model() const { return photo_; }
+  [[nodiscard]] ReliefState relief_state() const { return relief_.state(); }
+
  private:
   // What a pose is scored by.
   enum class Measure : std::uint8_t {
@@ -130,6 +136,7 @@ class Tracker {
   void merge_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
+  void learn_relief(Transform& T_H_M);
   [[nodiscard]] double confidence_of(const Transform& T_H_M) const;
   void update_state(double confidence);
   [[nodiscard]] bool is_thesis() const { return settings_.method == Method::kThesis; }
@@ -172,6 +179,7 @@ class Tracker {
   int epochs_ = 0;  // ended since the search began
   TrackState state_ = TrackState::kSearching;
   RefineWorkspace workspace_;
+  Relief relief_;  // of the photo-model; survives forget()
 };
 
 }  // namespace vergence
