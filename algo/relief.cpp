@@ -11,28 +11,43 @@ namespace {
 constexpr float kChromaWeight = 2;
 
 // The frames of learning: coarse first, so that depths are pulled in from far.
-constexpr int kCoarseFrames = 3;   // at quarter resolution
-constexpr int kMiddleFrames = 6;   // and up to here at half
-constexpr int kLearningFrames = 40;
-constexpr int kJudgeLevel = 1;
-constexpr int kEarliestAdoption = 8;
+constexpr int kCoarseFrames = 7;   // at quarter resolution
+constexpr int kMiddleFrames = 11;  // and up to here at half
+constexpr int kLearningFrames = 60;
+constexpr int kEarliestAdoption = 13;
 constexpr int kBetterInARow = 3;
-constexpr double kClearlyBetter = 0.95;  // of the cost of the model in use
+constexpr double kClearlyBetter = 0.85;  // of the cost of the model in use
+constexpr double kLeastGain = 0.2;       // of the cost, where 3 is no likeness at all
 constexpr double kAnyBetter = 0.995;     // once there is a relief
+
+constexpr int kLeastPoints = 64;
+constexpr double kLeastTarget = 0.3;   // of S_in
+constexpr double kLeastSpread_mm = 1;  // a relief less deep is noise
 
 constexpr double kMaxRelief_mm = 80;
 constexpr double kMaxStep_mm = 8;
 constexpr double kMaxTurn_rad = 0.05;
 constexpr int kPoseSteps = 2;
-constexpr int kConjugateSteps = 40;
+constexpr int kSteps = 3;
+constexpr double kShare = 0.6;
+constexpr double kEarlyTrend_rad = 0.03;
+constexpr int kConjugateSteps = 24;
+
+// Depths tried at first.
+constexpr int kSweepFrames = 5;
+constexpr int kSweepPerFrame = kReliefHypotheses / kSweepFrames;
+static_assert(kSweepFrames * kSweepPerFrame == kReliefHypotheses);
+constexpr int kSweepLevel = 1;
+constexpr int kSweepRounds = 3;
+constexpr double kSweepStep_mm = 3;
 
 // Priors, in squared residuals over their scale.
-constexpr double kSmoothness = 0.15;    // of neighbours' difference, a mm squared
-constexpr double kEdge_mm = 4;          // beyond it a difference is an edge rather than a slope
-constexpr double kFlatness = 0.0005;    // of each point
-constexpr double kMeanError_mm = 0.3;   // the origin is at the mean depth of the visible surface
-constexpr double kTrend_rad = 0.3;      // how far a target's surface as a whole may slope
-constexpr double kTrust = 0.02;         // of what earlier frames knew of a point
+constexpr double kSmoothness = 0.04;   // of neighbours' difference, a mm squared
+constexpr double kEdge_mm = 4;         // beyond it a difference is an edge rather than a slope
+constexpr double kFlatness = 0.0005;   // of each point
+constexpr double kMeanError_mm = 0.5;  // the origin is at the mean depth of the visible surface
+constexpr double kTrend_rad = 0.3;     // how far a target's surface as a whole may slope
+constexpr double kTrust = 0.005;       // of what earlier frames knew of a point
 
 unsigned at(int i) {
   return static_cast<unsigned>(i);
@@ -66,12 +81,10 @@ void sample_colour(const ColourLevel& image, double u, double v, ReliefSample& o
   const float w11 = fu * fv;
   for (unsigned k = 0; k < 4; ++k) {
     out.value[k] = c[1][1][k] * w00 + c[1][2][k] * w10 + c[2][1][k] * w01 + c[2][2][k] * w11;
-    out.slope_u[k] =
-        0.5F * ((c[1][2][k] - c[1][0][k]) * w00 + (c[1][3][k] - c[1][1][k]) * w10 +
-                (c[2][2][k] - c[2][0][k]) * w01 + (c[2][3][k] - c[2][1][k]) * w11);
-    out.slope_v[k] =
-        0.5F * ((c[2][1][k] - c[0][1][k]) * w00 + (c[2][2][k] - c[0][2][k]) * w10 +
-                (c[3][1][k] - c[1][1][k]) * w01 + (c[3][2][k] - c[1][2][k]) * w11);
+    out.slope_u[k] = 0.5F * ((c[1][2][k] - c[1][0][k]) * w00 + (c[1][3][k] - c[1][1][k]) * w10 +
+                             (c[2][2][k] - c[2][0][k]) * w01 + (c[2][3][k] - c[2][1][k]) * w11);
+    out.slope_v[k] = 0.5F * ((c[2][1][k] - c[0][1][k]) * w00 + (c[2][2][k] - c[0][2][k]) * w10 +
+                             (c[3][1][k] - c[1][1][k]) * w01 + (c[3][2][k] - c[1][2][k]) * w11);
   }
 }
 
@@ -126,8 +139,12 @@ const char* to_string(ReliefState state) {
   return "unknown";
 }
 
-void Relief::start(const PhotoModel& flat) {
-  points_ = flat.inner < kMaxReliefPoints ? flat.inner : kMaxReliefPoints;
+bool Relief::learning() const {
+  return frames_ < kLearningFrames && points_ >= kLeastPoints;
+}
+
+void Relief::drop() {
+  if (state_ == ReliefState::kAdopted) return;
   state_ = ReliefState::kFlat;
   frames_ = 0;
   better_ = 0;
@@ -135,13 +152,26 @@ void Relief::start(const PhotoModel& flat) {
   z_mm_.fill(0);
   known_.fill(0);
   trust_.fill(0);
+}
+
+void Relief::start(const PhotoModel& flat) {
+  points_ = flat.inner < kMaxReliefPoints ? flat.inner : kMaxReliefPoints;
+  state_ = ReliefState::kFlat;
+  drop();
   target_points_ = 0;
   const int tolerance = hue_tolerance_steps(20);
   for (int i = 0; i < points_; ++i) {
     x_mm_[at(i)] = flat.x_mm[at(i)];
     y_mm_[at(i)] = flat.y_mm[at(i)];
-    is_target_[at(i)] = hue_distance(flat.hue[at(i)], flat.background_hue) <= tolerance ? 0 : 1;
+    const bool like_background = hue_distance(flat.hue[at(i)], flat.background_hue) <= tolerance;
+    const bool target = flat.masked ? flat.weight[at(i)] != 0 : !like_background;
+    is_target_[at(i)] = target ? 1 : 0;
     target_points_ += is_target_[at(i)];
+  }
+  // A target of the background's own colour is not told from it by hue.
+  if (target_points_ < kLeastTarget * points_) {
+    for (int i = 0; i < points_; ++i) is_target_[at(i)] = 1;
+    target_points_ = points_;
   }
   for (int i = 0; i < points_; ++i) {
     std::array<double, kReliefNeighbours> nearest;
@@ -281,8 +311,8 @@ double Relief::cost() const {
 }
 
 // Normal equations of what look() saw. The residuals of a point change with four numbers only, where it is in
-// the left image and where in the right; so they are gathered in these (4 x 4), and only then taken to pose and
-// depth.
+// the left image and where in the right; so they are gathered in these (4 x 4), and only then taken to pose
+// and depth.
 void Relief::linearise(const PhotoModel& model, int level) {
   H_.setZero();
   g_.setZero();
@@ -295,7 +325,7 @@ void Relief::linearise(const PhotoModel& model, int level) {
     double trust = 0;
     for (unsigned c = 0; c < 3; ++c) {
       const double slope[4] = {l.slope_u[c], l.slope_v[c], r.slope_u[c], r.slope_v[c]};
-      const auto add = [&](const Light& light, double residual, double seen, const double (&s)[4]) {
+      const auto add = [&](const Light& light, double residual, double seen, const double(&s)[4]) {
         const double share = 1 / (light.scale * light.scale + residual * residual);  // Cauchy
         const double w = seen * share;
         trust += w * light.scale * light.scale;
@@ -373,14 +403,15 @@ void Relief::add_priors() {
   const double n = target_points_ > 1 ? target_points_ : 1;
   // (mean z / sigma)^2 = (sum z)^2 / (n sigma)^2; the slope sum(z x) / sum(x x) likewise.
   mean_bond_ = 1 / (n * n * kMeanError_mm * kMeanError_mm);
+  const double kTrend_rad = frames_ < kCoarseFrames ? kEarlyTrend_rad : vergence::kTrend_rad;
   trend_bond_x_ = 1 / ((xx + 1) * (xx + 1) * kTrend_rad * kTrend_rad);
   trend_bond_y_ = 1 / ((yy + 1) * (yy + 1) * kTrend_rad * kTrend_rad);
   for (int i = 0; i < points_; ++i) {
     const double w = is_target_[at(i)];
     const double diagonal = kFlatness + 1e-6;
     stiffness_[at(i)] = data_[at(i)] + diagonal + kTrust * known_[at(i)];
-    pull_[at(i)] -= diagonal * z_mm_[at(i)] +
-                    w * (mean_bond_ * mean + trend_bond_x_ * mx * x_mm_[at(i)] + trend_bond_y_ * my * y_mm_[at(i)]);
+    pull_[at(i)] -= diagonal * z_mm_[at(i)] + w * (mean_bond_ * mean + trend_bond_x_ * mx * x_mm_[at(i)] +
+                                                   trend_bond_y_ * my * y_mm_[at(i)]);
   }
   for (int i = 0; i < points_; ++i) {
     for (unsigned k = 0; k < kReliefNeighbours; ++k) {
@@ -472,47 +503,117 @@ Vector6 Relief::solve_jointly() {
   return pose;
 }
 
+// Tries some depths for all points at once, and keeps how badly each explains each point. After the last,
+// every point starts from the depth that its neighbourhood likes best: far enough into the valley for
+// Gauss-Newton.
+void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                   const PhotoModel& model, const Transform& T_H_M) {
+  Points& depth = product_;
+  depth.fill(0);
+  look(rig, left, right, kSweepLevel, model, depth, T_H_M);
+  const std::array<Light, 3> flat_light = light_;
+  for (int n = 0; n < kSweepPerFrame; ++n) {
+    const int h = frames_ * kSweepPerFrame + n;
+    depth.fill(kSweepStep_mm * (h - kReliefHypotheses / 2));
+    look(rig, left, right, kSweepLevel, model, depth, T_H_M);
+    for (int i = 0; i < points_; ++i) {
+      const ReliefSample& l = left_[at(i)];
+      const ReliefSample& r = right_[at(i)];
+      const std::array<float, 4> photo = photo_colour(model, kSweepLevel, i);
+      double sum = 0;
+      for (unsigned c = 0; c < 3; ++c) {
+        const auto add = [&](const Light& light, double a, double b, double seen) {
+          const double residual = (a - light.gain * b - light.offset[c]) / light.scale;
+          const double squared = residual * residual;
+          sum += seen > 0 ? squared / (1 + squared) : 1;
+        };
+        add(flat_light[0], l.value[c], photo[c], l.seen);
+        add(flat_light[1], r.value[c], photo[c], r.seen);
+        add(flat_light[2], l.value[c], r.value[c], l.seen * r.seen);
+      }
+      sweep_[at(h)][at(i)] = static_cast<float>(is_target_[at(i)] * sum);
+    }
+  }
+  ++frames_;
+  if (frames_ < kSweepFrames) return;
+  for (auto& costs : sweep_) {
+    for (int round = 0; round < kSweepRounds; ++round) {
+      for (int i = 0; i < points_; ++i) {
+        double sum = costs[at(i)];
+        double weight = is_target_[at(i)];
+        for (const std::int16_t j : neighbour_[at(i)]) {
+          sum += costs[at(j)];
+          weight += is_target_[at(j)];
+        }
+        product_[at(i)] = weight > 0 ? sum / weight : 0;
+      }
+      for (int i = 0; i < points_; ++i)
+        costs[at(i)] = static_cast<float>(is_target_[at(i)] * product_[at(i)]);
+    }
+  }
+  for (int i = 0; i < points_; ++i) {
+    int best = kReliefHypotheses / 2;  // flat, where nothing tells
+    for (int h = 0; h < kReliefHypotheses; ++h) {
+      if (sweep_[at(h)][at(i)] < sweep_[at(best)][at(i)]) best = h;
+    }
+    z_mm_[at(i)] = kSweepStep_mm * (best - kReliefHypotheses / 2);
+  }
+}
+
 bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                     PhotoModel& model, Transform& T_H_M) {
-  if (frames_ >= kLearningFrames || points_ < 64) return false;
+                     const PhotoModel& model, const Transform& T_H_M) {
+  if (!learning()) return false;
   if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
-  const int level = frames_ < kCoarseFrames ? 2 : (frames_ < kMiddleFrames ? 1 : frames_ % 2);
+  if (frames_ < kSweepFrames) {
+    sweep(rig, left, right, model, T_H_M);
+    return false;
+  }
+  const int level = frames_ < kCoarseFrames ? 2 : (frames_ < kMiddleFrames ? 1 : 0);
 
   // The model in use explains this frame so well:
   Points& in_use = product_;
   for (int i = 0; i < points_; ++i) in_use[at(i)] = model.z_mm[at(i)];
-  look(rig, left, right, kJudgeLevel, model, in_use, T_H_M);
+  look(rig, left, right, level, model, in_use, T_H_M);
   const double cost_in_use = cost();
   // And what was learned from earlier ones, after its pose has settled on this one:
   Transform T_H_C = T_H_M * T_M_C_;
   for (int step = 0; step < kPoseSteps; ++step) {
-    look(rig, left, right, kJudgeLevel, model, z_mm_, T_H_C);
-    linearise(model, kJudgeLevel);
+    look(rig, left, right, level, model, z_mm_, T_H_C);
+    linearise(model, level);
     move_by(solve_pose(), T_H_C);
   }
-  look(rig, left, right, kJudgeLevel, model, z_mm_, T_H_C);
-  const double limit = state_ == ReliefState::kAdopted ? kAnyBetter : kClearlyBetter;
-  better_ = cost() < limit * cost_in_use ? better_ + 1 : 0;
+  look(rig, left, right, level, model, z_mm_, T_H_C);
+  const bool adopted = state_ == ReliefState::kAdopted;
+  const double limit = adopted ? kAnyBetter : kClearlyBetter;
+  ratio_ = cost() / (cost_in_use + 1e-9);
+  const bool better = (ratio_ < limit) & (adopted | (cost_in_use - cost() > kLeastGain));
+  better_ = better ? better_ + 1 : 0;
 
-  const int steps = frames_ < kMiddleFrames ? 3 : 1;
+  const int steps = frames_ < kMiddleFrames ? kSteps : 1;
   for (int step = 0; step < steps; ++step) {
     look(rig, left, right, level, model, z_mm_, T_H_C);
     linearise(model, level);
     for (int i = 0; i < points_; ++i) known_[at(i)] += 0.2 * (data_[at(i)] - known_[at(i)]);
     add_priors();
     move_by(solve_jointly(), T_H_C);
-    const double share = frames_ < kMiddleFrames ? 1 : 0.3;
+    const double share = frames_ < kMiddleFrames ? 1 : kShare;
     for (int i = 0; i < points_; ++i) {
       const double dz = clamped(dz_mm_[at(i)], -kMaxStep_mm, kMaxStep_mm);
       z_mm_[at(i)] = clamped(z_mm_[at(i)] + share * dz, -kMaxRelief_mm, kMaxRelief_mm);
     }
   }
   T_M_C_ = T_H_M.inverse() * T_H_C;
+  double squares = 0;
+  for (int i = 0; i < points_; ++i) squares += is_target_[at(i)] * z_mm_[at(i)] * z_mm_[at(i)];
+  spread_mm_ = std::sqrt(squares / (target_points_ > 1 ? target_points_ : 1));
   ++frames_;
-  if (frames_ < kEarliestAdoption || better_ < kBetterInARow) return false;
+  return frames_ >= kEarliestAdoption && better_ >= kBetterInARow && spread_mm_ >= kLeastSpread_mm;
+}
 
+void Relief::adopt(PhotoModel& model, Transform& T_H_M) {
   for (int i = 0; i < points_; ++i) {
-    const Vector3 p = Vector3{x_mm_[at(i)], y_mm_[at(i)], 0} + z_mm_[at(i)] * ray_of(model, x_mm_[at(i)], y_mm_[at(i)]);
+    const Vector3 ray = ray_of(model, x_mm_[at(i)], y_mm_[at(i)]);
+    const Vector3 p = Vector3{x_mm_[at(i)], y_mm_[at(i)], 0} + z_mm_[at(i)] * ray;
     model.x_mm[at(i)] = static_cast<float>(p[0]);
     model.y_mm[at(i)] = static_cast<float>(p[1]);
     model.z_mm[at(i)] = static_cast<float>(p[2]);
@@ -520,9 +621,8 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
   }
   state_ = ReliefState::kAdopted;
   better_ = 0;
+  T_H_M = T_H_M * T_M_C_;
   T_M_C_ = Transform{};
-  T_H_M = T_H_C;
-  return true;
 }
 
 }  // namespace vergence

@@ -1,10 +1,11 @@
 // The relief of a photo-model: how far each of its points lies before or behind the flat model, learned from
 // both cameras while the target is tracked. Solids are found some millimetres beside the truth without it.
 //
-// Three views see the target: left, right, and the photo, whose place in the target frame is known. A point of
-// relief z lies on its ray of the photo, P(z) = C + (1 + z/d) (P0 - C), with the optical centre C and the flat
-// model's point P0. The pose and all z are improved together, by Gauss-Newton on the three pairings of colours
-// that refinement uses, so that a relief and the tilt that would explain it nearly as well are told apart.
+// Three views see the target: left, right, and the photo, whose place in the target frame is known. A point
+// of relief z lies on its ray of the photo, P(z) = C + (1 + z/d) (P0 - C), with the optical centre C and the
+// flat model's point P0. The pose and all z are improved together, by Gauss-Newton on the three pairings of
+// colours that refinement uses, so that a relief and the tilt that would explain it nearly as well are told
+// apart.
 //
 // A relief is adopted only where it explains frames it has not learned from clearly better than the model in
 // use: never worse than flat.
@@ -38,19 +39,27 @@ struct ReliefSample {
   double seen = 0;  // 1 or 0
 };
 
+inline constexpr int kReliefHypotheses = 25;  // depths tried before Gauss-Newton takes over
+
 class Relief {
  public:
   // Starts from the flat model: who neighbours whom, which points look like background.
   void start(const PhotoModel& flat);
 
-  // Learns from a frame on which the target was found at T_H_M with `model`. Where what was learned by then is
-  // adopted, `model` gets its relief and weights, and T_H_M becomes the pose on it; returns whether that
-  // happened. The same work for every image.
-  bool observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, PhotoModel& model,
-               Transform& T_H_M);
+  // Learns from a frame on which the target was found at T_H_M with `model`. Returns whether what was learned
+  // by then is worth adopting. The same work for every image.
+  [[nodiscard]] bool observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                             const PhotoModel& model, const Transform& T_H_M);
+
+  // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
+  void adopt(PhotoModel& model, Transform& T_H_M);
+
+  // Forgets what was learned but not adopted: it was of something else.
+  void drop();
 
   [[nodiscard]] ReliefState state() const { return state_; }
   [[nodiscard]] int frames() const { return frames_; }  // learned from
+  [[nodiscard]] bool learning() const;                  // more is to be learned
 
  private:
   struct View {
@@ -77,19 +86,23 @@ class Relief {
   void add_priors();
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
   [[nodiscard]] Vector6 solve_pose() const;
+  void sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+             const PhotoModel& model, const Transform& T_H_M);
   Vector6 solve_jointly();
 
   int points_ = 0;
   std::array<std::array<std::int16_t, kReliefNeighbours>, kMaxReliefPoints> neighbour_{};
-  Points x_mm_{};      // of the flat model
+  Points x_mm_{};  // of the flat model
   Points y_mm_{};
   Points is_target_{};  // 1, or 0 where it looks like background
 
   // Carried over.
   Points z_mm_{};
-  Points known_{};  // how well, in the unit of the normal equations
-  Points trust_{};  // mean weight of the residuals: low where the views do not agree
-  Transform T_M_C_;  // the candidate's pose in the model in use
+  Points known_{};        // how well, in the unit of the normal equations
+  Points trust_{};        // mean weight of the residuals: low where the views do not agree
+  Transform T_M_C_;       // the candidate's pose in the model in use
+  double spread_mm_ = 0;  // root mean square of z
+  double ratio_ = 1;      // of the candidate's cost to that of the model in use
   ReliefState state_ = ReliefState::kFlat;
   int frames_ = 0;
   int better_ = 0;  // frames in a row that the candidate explained better before it learned from them
@@ -109,6 +122,7 @@ class Relief {
   double trend_bond_x_ = 0;
   double trend_bond_y_ = 0;
   double target_points_ = 0;
+  std::array<std::array<float, kMaxReliefPoints>, kReliefHypotheses> sweep_{};  // cost of each depth tried
   Points dz_mm_{};
   Points residual_{};
   Points direction_{};

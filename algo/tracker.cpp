@@ -25,7 +25,6 @@ constexpr int kSearchGenerations = 2400;
 constexpr int kTrackGenerations = 60;
 
 constexpr double kFound = 0.5;  // confidence
-constexpr double kReliefConfidence = 0.5;
 
 // Confidence is the share of the way from what chance reaches to what a sure match reaches.
 struct Certainty {
@@ -61,6 +60,14 @@ Transform mirrored_tilt(const Transform& T_H_M) {
 bool distinct(const Pose& a, const Pose& b) {
   return (a.position_mm - b.position_mm).squaredNorm() > 15.0 * 15.0 ||
          (a.e - b.e).squaredNorm() > 0.15 * 0.15;
+}
+
+// The same place, found in two frames.
+bool alike(const Transform& a, const Transform& b) {
+  constexpr double kAlike_mm = 10;
+  constexpr double kAlike_e = 0.06;
+  return (a.t_mm - b.t_mm).squaredNorm() < kAlike_mm * kAlike_mm &&
+         quaternion_vector_from_rotation(a.R.transpose() * b.R).squaredNorm() < kAlike_e * kAlike_e;
 }
 
 unsigned at(int i) {
@@ -323,10 +330,21 @@ Transform Tracker::refine_best() {
   return T_H_M;
 }
 
-// Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased.
+// Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased. A solid
+// too thick to be recognized by the flat model is learned all the same, from where it is found again and
+// again; its relief then has to make it recognized.
 void Tracker::learn_relief(Transform& T_H_M) {
   if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
-  relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M);
+  const bool tracked = confidence_of(T_H_M) >= kFound;
+  if (tracked ? state_ != TrackState::kTracking : !alike(T_H_M, T_H_M_last_)) {
+    if (!tracked) relief_.drop();
+    return;
+  }
+  if (!tracked && relief_.state() == ReliefState::kAdopted) return;
+  if (!relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) return;
+  Transform T_on_relief = T_H_M;
+  relief_.adopt(photo_, T_on_relief);
+  T_H_M = T_on_relief;
 }
 
 double Tracker::confidence_of(const Transform& T_H_M) const {
@@ -355,7 +373,7 @@ Estimate Tracker::end_frame() {
   settle();  // where the budget ended before it came to that
   const TrackState before = state_;
   Transform T_H_M = refine_best();
-  if (before == TrackState::kTracking && confidence_of(T_H_M) >= kReliefConfidence) learn_relief(T_H_M);
+  learn_relief(T_H_M);
   Estimate estimate;
   estimate.pose = to_pose(T_H_M);
   estimate.fitness = fitness_at(estimate.pose);

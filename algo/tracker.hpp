@@ -71,8 +71,9 @@ struct FrameMotion {
 };
 
 struct Estimate {
-  Pose pose;              // T_H_M: the target in the hand frame
-  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement; zero where the pose was not refined.
+  Pose pose;  // T_H_M: the target in the hand frame
+  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement; zero where the pose was not
+  // refined.
   Matrix6 covariance = Matrix6::Zero();
   double fitness = 0;     // Eq. 3.22 or 5.19 at that pose
   double confidence = 0;  // in [0, 1]
@@ -114,8 +115,8 @@ class Tracker {
 
   [[nodiscard]] TrackState state() const { return state_; }
 
-  // The photo-model as it is used now, and how its relief came along. A relief is kept until configure(): a target
-  // lost and found again has it still.
+  // The photo-model as it is used now, and how its relief came along. A relief is kept until configure(): a
+  // target lost and found again has it still.
   [[nodiscard]] const PhotoModel& photo_model() const { return photo_; }
   [[nodiscard]] ReliefState relief_state() const { return relief_.state(); }
 
