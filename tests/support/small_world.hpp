@@ -67,7 +67,7 @@ inline std::vector<Ball> marker_balls() {
 struct World {
   TargetKind kind = TargetKind::kPhoto;
   bool present = true;
-  double light = 1;  // times all colours
+  double light = 1;    // times all colours
   double bowl_mm = 0;  // the card's relief: z = bowl (X^2 + Y^2 - 2/3), X and Y from -1 to 1 over it; mean 0
   StereoRig rig;
 
