@@ -18,5 +18,7 @@ inline constexpr int kMaxInnerSamples = 64;    // samples of a ball's disc S_in
 inline constexpr int kMaxOuterSamples = 64;    // samples of a ball's ring S_out
 inline constexpr int kMaxPhotoPoints = 4096;   // points of a photo-model, S_in and S_out together
 inline constexpr int kMaxRefinePoints = 1024;  // points of S_in that refinement reads
+inline constexpr int kMaxReliefPoints = 1024;  // points of a photo-model whose depth is learned
+inline constexpr int kReliefNeighbours = 4;    // that a point's depth is tied to
 
 }  // namespace vergence

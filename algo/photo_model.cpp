@@ -168,7 +168,7 @@ void add_point(const PhotoSource& source, const HueLimits& limits, int x, int y,
     return;
   }
   const std::uint8_t* rgb = pixel(source.photo, x, y);
-  model.weight[k] = 1;
+  model.weight[k] = source.target == nullptr || source.target[y * source.photo.width_px + x] != 0 ? 1 : 0;
   model.hue[k] = hue_code_rgb(rgb[0], rgb[1], rgb[2], limits);
   for (int level = 0; level < kColourLevels; ++level) {
     const YCbCr colour = mean_colour(source.photo, x, y, 1 << level);
@@ -215,6 +215,7 @@ Status build_photo_model(const PhotoSource& source, const PhotoOptions& options,
 
   model = PhotoModel{};
   model.votes = options.votes;
+  model.masked = source.mask != nullptr || source.target != nullptr;
   model.background_hue = hue_code_from_degrees(source.background_hue_deg);
   const double uc = source.roi.x + 0.5 * (source.roi.width - 1);
   const double vc = source.roi.y + 0.5 * (source.roi.height - 1);

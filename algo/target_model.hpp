@@ -81,6 +81,8 @@ struct PhotoOptions {
 struct PhotoSource {
   ImageView photo;                     // RGB
   const std::uint8_t* mask = nullptr;  // optional: one byte a pixel, rows packed, non-zero on the target
+  // Optional, as the mask: zero where a pixel of S_in shows background after all.
+  const std::uint8_t* target = nullptr;
   Rectangle roi;
   double distance_mm = 400;       // camera to target plane
   CameraModel camera;             // that took the photo (T_H_C unused)
@@ -99,14 +101,15 @@ struct PointColours {
 // camera), S_in first, then S_out. Within each of the two the order is such that every leading part is spread
 // evenly over the target, so a coarse evaluation reads just the first few.
 struct PhotoModel {
-  int inner = 0;  // points of S_in
-  int outer = 0;  // points of S_out
+  int inner = 0;        // points of S_in
+  int outer = 0;        // points of S_out
+  bool masked = false;  // it is known which points of S_in show the target
   alignas(64) std::array<float, kMaxPhotoPoints + 16> x_mm{};
   alignas(64) std::array<float, kMaxPhotoPoints + 16> y_mm{};
   alignas(64) std::array<float, kMaxPhotoPoints + 16> z_mm{};  // relief; zero = the flat model of the thesis
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> hue{};
-  // 1, or 0 where a point of S_in turned out not to be of the target (background within the rectangle): it is
-  // to have no say in alignment. All 1 until a relief is learned.
+  // 1, or 0 where a point of S_in is not of the target but background: it is to have no say in alignment.
+  // Where nothing is known of that, all 1 until a relief is learned.
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> weight{};
   std::array<PointColours, kColourLevels> colour{};  // of S_in
   // Where the photo was taken from, in the target frame: a point of relief z lies on the ray from here

@@ -17,6 +17,7 @@
 #include "algo/motion_predictor.hpp"
 #include "algo/refine.hpp"
 #include "algo/refine_marker.hpp"
+#include "algo/relief.hpp"
 #include "algo/rm_ga.hpp"
 #include "algo/status.hpp"
 #include "algo/target_model.hpp"
@@ -119,6 +120,10 @@ class Tracker {
 
   // Whether this frame stays about where the target is expected; otherwise it searches the whole box.
   [[nodiscard]] bool is_following() const { return following_; }
+  // The photo-model as it is used now, and how its relief came along. A relief is kept until configure(): a
+  // target lost and found again has it still.
+  [[nodiscard]] const PhotoModel& photo_model() const { return photo_; }
+  [[nodiscard]] ReliefState relief_state() const { return relief_.state(); }
 
  private:
   // What a pose is scored by.
@@ -149,6 +154,7 @@ class Tracker {
   [[nodiscard]] Transform pivoted(const MarkerFit& fit) const;
   void follow_light(const Transform& T_H_M);
   void expect_light();
+  void learn_relief(Transform& T_H_M);
   [[nodiscard]] double confidence_of(const Transform& T_H_M) const;
   void update_state(double confidence);
   [[nodiscard]] bool is_thesis() const { return settings_.method == Method::kThesis; }
@@ -206,6 +212,7 @@ class Tracker {
   RefineWorkspace workspace_;
 
   MarkerFit marker_fit_;  // of this frame
+  Relief relief_;         // of the photo-model; survives forget()
 };
 
 }  // namespace vergence

@@ -70,6 +70,8 @@ struct World {
   double light = 1;                          // times all colours
   Rgb cast{1, 1, 1};                         // times each
   std::vector<Ball> balls = marker_balls();  // as they stand in the world; the model's are always those
+  double light = 1;    // times all colours
+  double bowl_mm = 0;  // the card's relief: z = bowl (X^2 + Y^2 - 2/3), X and Y from -1 to 1 over it; mean 0
   StereoRig rig;
 
   explicit World(TargetKind of) : kind(of) {
@@ -140,13 +142,24 @@ struct World {
     (void)build_photo_model(source, options, {}, model);
   }
 
+  [[nodiscard]] double relief_mm(double x_mm, double y_mm) const {
+    const double x = 2 * x_mm / kCardWidth_mm;
+    const double y = 2 * y_mm / kCardHeight_mm;
+    return bowl_mm * (x * x + y * y - 2.0 / 3);
+  }
+
  private:
   [[nodiscard]] Rgb see(const Vector3& ray, const Transform& T_C_M, const Transform& T_M_C,
                         const CameraModel& camera) const {
     if (present && kind == TargetKind::kPhoto) {
       const Vector3 direction = T_M_C.R * ray;
-      const double t = -T_M_C.t_mm[2] / direction[2];
-      const Vector3 p = T_M_C.t_mm + t * direction;
+      double t = -T_M_C.t_mm[2] / direction[2];
+      Vector3 p = T_M_C.t_mm + t * direction;
+      // Shallow enough that this closes in on where the ray meets the relief.
+      for (int i = 0; i < (bowl_mm != 0 ? 12 : 0); ++i) {
+        t = (relief_mm(p[0], p[1]) - T_M_C.t_mm[2]) / direction[2];
+        p = T_M_C.t_mm + t * direction;
+      }
       if (t > 0 && std::abs(p[0]) <= kCardWidth_mm / 2 && std::abs(p[1]) <= kCardHeight_mm / 2) {
         return card_colour(p[0], p[1]);
       }

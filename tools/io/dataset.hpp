@@ -2,6 +2,7 @@
 // format is described in docs/formats.md.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -17,18 +18,28 @@
 
 namespace vergence::tools {
 
+// Which pixels of the photo are S_in where the data set has no mask.
+enum class TargetArea : std::uint8_t {
+  kFound,      // those that differ from the photo of the background, if there is one that tells
+  kRectangle,  // all of the rectangle: the thesis
+};
+
 struct Target {
   TargetKind kind = TargetKind::kMarker;
-  std::vector<Ball> balls;  // marker
-  RgbImage photo;           // photo-model
-  std::optional<GreyImage> mask;
+  std::vector<Ball> balls;        // marker
+  RgbImage photo;                 // photo-model
+  std::optional<GreyImage> mask;  // that the data set gives
+  // Where it gives none: what differs from the photo of the background; and that with a rim of background,
+  // whose contrast with the target is worth seeing.
+  std::optional<GreyImage> found_target;
+  GreyImage found_area;
   Rectangle roi;
   double distance_mm = 0;
   CameraModel camera;
   double background_hue_deg = 0;
 
   // View of the photo-model's source; valid as long as this lives.
-  [[nodiscard]] PhotoSource source() const;
+  [[nodiscard]] PhotoSource source(TargetArea area = TargetArea::kFound) const;
 };
 
 struct Frame {
@@ -77,6 +88,6 @@ struct Dataset {
 // The models, or InputError naming the model file.
 void build_model(const Dataset& dataset, const MarkerOptions& options, MarkerModel& model);
 void build_model(const Dataset& dataset, const PhotoOptions& options, const HueLimits& limits,
-                 PhotoModel& model);
+                 PhotoModel& model, TargetArea area = TargetArea::kFound);
 
 }  // namespace vergence::tools

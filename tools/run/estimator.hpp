@@ -59,7 +59,7 @@ class Estimator {
                                 std::uint64_t draw, double later_s);
   [[nodiscard]] const Tracker& tracker() const { return *tracker_; }
   // What the tracker looks for: the one place to change where it learns more than was built.
-  [[nodiscard]] const PhotoModel& photo_model() const { return *photo_; }
+  [[nodiscard]] const PhotoModel& photo_model() const { return tracker_->photo_model(); }
   [[nodiscard]] const MarkerModel& marker_model() const { return *marker_; }
   void forget() { tracker_->forget(); }
 

@@ -1,0 +1,132 @@
+// The relief of a photo-model: how far each of its points lies before or behind the flat model, learned from
+// both cameras while the target is tracked. Solids are found some millimetres beside the truth without it.
+//
+// Three views see the target: left, right, and the photo, whose place in the target frame is known. A point
+// of relief z lies on its ray of the photo, P(z) = C + (1 + z/d) (P0 - C), with the optical centre C and the
+// flat model's point P0. The pose and all z are improved together, by Gauss-Newton on the three pairings of
+// colours that refinement uses, so that a relief and the tilt that would explain it nearly as well are told
+// apart.
+//
+// A relief is adopted only where it explains frames it has not learned from clearly better than the model in
+// use: never worse than flat.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "algo/camera_model.hpp"
+#include "algo/colour_pyramid.hpp"
+#include "algo/limits.hpp"
+#include "algo/target_model.hpp"
+
+namespace vergence {
+
+enum class ReliefState : std::uint8_t {
+  kFlat,      // nothing learned yet, or given up
+  kLearning,  // a candidate is being learned, the model in use is flat
+  kAdopted,   // the model in use has a relief
+};
+
+[[nodiscard]] const char* to_string(ReliefState state);
+
+// What the solver needs to know of a point. u and v are pixel coordinates at the level it was sampled at.
+struct ReliefSample {
+  alignas(16) std::array<float, 4> value{};    // luma, 2 cb, 2 cr, 0
+  alignas(16) std::array<float, 4> slope_u{};  // their change a pixel to the right
+  alignas(16) std::array<float, 4> slope_v{};  // and down
+  std::array<double, 7> du{};  // change of u with the pose increment, as in refinement, and with z
+  std::array<double, 7> dv{};
+  double seen = 0;  // 1 or 0
+};
+
+inline constexpr int kReliefHypotheses = 25;  // depths tried before Gauss-Newton takes over
+
+class Relief {
+ public:
+  // Starts from the flat model: who neighbours whom, which points look like background.
+  void start(const PhotoModel& flat);
+
+  // Learns from a frame on which the target was found at T_H_M with `model`. Returns whether what was learned
+  // by then is worth adopting. The same work for every image.
+  [[nodiscard]] bool observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                             const PhotoModel& model, const Transform& T_H_M);
+
+  // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
+  void adopt(PhotoModel& model, Transform& T_H_M);
+
+  // Forgets what was learned but not adopted: it was of something else.
+  void drop();
+
+  [[nodiscard]] ReliefState state() const { return state_; }
+  [[nodiscard]] int frames() const { return frames_; }  // learned from
+  [[nodiscard]] bool learning() const;                  // more is to be learned
+
+ private:
+  struct View {
+    CameraModel camera;
+    ColourLevel image;
+  };
+  struct Light {
+    double gain = 1;
+    std::array<double, 4> offset{};
+    double scale = 1;  // of the residuals
+    double cost = 0;   // mean absolute residual over the spread of the colours
+  };
+  using Points = std::array<double, kMaxReliefPoints>;
+
+  void sample(const PhotoModel& model, const Points& z_mm, const View& view, const Transform& T_H_M,
+              std::array<ReliefSample, kMaxReliefPoints>& samples) const;
+  template <class A, class B, class Seen>
+  [[nodiscard]] Light fit_light(A&& a, B&& b, Seen&& seen) const;
+  void fit_lights(const PhotoModel& model, int level);
+  void look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
+            const PhotoModel& model, const Points& z_mm, const Transform& T_H_M);
+  [[nodiscard]] double cost() const;
+  void linearise(const PhotoModel& model, int level);
+  void add_priors();
+  void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
+  [[nodiscard]] Vector6 solve_pose() const;
+  void sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+             const PhotoModel& model, const Transform& T_H_M);
+  Vector6 solve_jointly();
+
+  int points_ = 0;
+  std::array<std::array<std::int16_t, kReliefNeighbours>, kMaxReliefPoints> neighbour_{};
+  Points x_mm_{};  // of the flat model
+  Points y_mm_{};
+  Points is_target_{};  // 1, or 0 where it looks like background
+
+  // Carried over.
+  Points z_mm_{};
+  Points known_{};        // how well, in the unit of the normal equations
+  Points trust_{};        // mean weight of the residuals: low where the views do not agree
+  Transform T_M_C_;       // the candidate's pose in the model in use
+  double spread_mm_ = 0;  // root mean square of z
+  double ratio_ = 1;      // of the candidate's cost to that of the model in use
+  ReliefState state_ = ReliefState::kFlat;
+  int frames_ = 0;
+  int better_ = 0;  // frames in a row that the candidate explained better before it learned from them
+
+  // The frame.
+  std::array<ReliefSample, kMaxReliefPoints> left_;
+  std::array<ReliefSample, kMaxReliefPoints> right_;
+  std::array<Light, 3> light_;  // photo-left, photo-right, left-right
+  Matrix6 H_;                   // normal equations: pose with pose
+  Vector6 g_;
+  std::array<std::array<double, kMaxReliefPoints>, 6> coupling_{};  // pose with z
+  Points stiffness_{};                                              // z with itself
+  Points pull_{};                                                   // right-hand side of z
+  Points data_{};                                                   // stiffness of the images alone
+  std::array<std::array<double, kReliefNeighbours>, kMaxReliefPoints> bond_{};
+  double mean_bond_ = 0;
+  double trend_bond_x_ = 0;
+  double trend_bond_y_ = 0;
+  double target_points_ = 0;
+  std::array<std::array<float, kMaxReliefPoints>, kReliefHypotheses> sweep_{};  // cost of each depth tried
+  Points dz_mm_{};
+  Points residual_{};
+  Points direction_{};
+  Points product_{};
+};
+
+}  // namespace vergence

@@ -1,0 +1,104 @@
+// Relief: a solid's depth is found and its pose is no longer biased; what is flat stays flat; where there is
+// no target nothing is learned; and the same bits on every instruction set.
+#include "algo/relief.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "tests/differential/every_target.hpp"
+#include "tests/support/small_world.hpp"
+
+namespace vergence {
+namespace {
+
+using testing::Bench;
+using testing::World;
+
+constexpr int kFrames = 24;
+const Transform kTruth = to_transform({{10, -5, 420}, {0.06, -0.08, 0.05}});
+
+World world_with(double bowl_mm) {
+  World world(TargetKind::kPhoto);
+  world.bowl_mm = bowl_mm;
+  return world;
+}
+
+// Estimates of a target that stands still, from the first frame on.
+std::vector<Estimate> watch(Bench& bench, int frames = kFrames) {
+  const auto left = bench.world().look(bench.world().rig.left, kTruth);
+  const auto right = bench.world().look(bench.world().rig.right, kTruth);
+  std::vector<Estimate> estimates;
+  for (int frame = 0; frame < frames; ++frame)
+    estimates.push_back(bench.step(left, right, frame == 0 ? 2400 : 60));
+  return estimates;
+}
+
+double error_mm(const Estimate& estimate) {
+  return (estimate.pose.position_mm - kTruth.t_mm).norm();
+}
+
+double relief_error_mm(const Bench& bench, const World& world) {
+  const auto& model = const_cast<Bench&>(bench).tracker().photo_model();
+  double sum = 0;
+  int count = 0;
+  for (unsigned i = 0; i < static_cast<unsigned>(model.inner); ++i) {
+    if (model.weight[i] == 0) continue;
+    const double d = model.z_mm[i] - world.relief_mm(model.x_mm[i], model.y_mm[i]);
+    sum += d * d;
+    ++count;
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(Relief, FindsTheDepthOfASolidAndTheBiasGoes) {
+  for (const double bowl_mm : {-14.0, 14.0}) {
+    const World world = world_with(bowl_mm);
+    Bench bench(world);
+    const auto estimates = watch(bench);
+    ASSERT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted) << bowl_mm;
+    EXPECT_LT(relief_error_mm(bench, world), 2.0) << bowl_mm;
+    EXPECT_LT(error_mm(estimates.back()), 1.0) << bowl_mm;
+    EXPECT_LT(error_mm(estimates.back()), 0.5 * error_mm(estimates[1])) << bowl_mm;
+  }
+}
+
+TEST(Relief, LeavesAFlatCardFlat) {
+  Bench bench(world_with(0));
+  const auto estimates = watch(bench);
+  EXPECT_NE(bench.tracker().relief_state(), ReliefState::kAdopted);
+  for (const float z : bench.tracker().photo_model().z_mm) EXPECT_EQ(z, 0);
+  EXPECT_LT(error_mm(estimates.back()), error_mm(estimates[1]) + 0.05);
+}
+
+TEST(Relief, LearnsNothingWhereThereIsNoTarget) {
+  Bench bench(world_with(14));
+  bench.world().present = false;
+  (void)watch(bench, 20);
+  EXPECT_NE(bench.tracker().relief_state(), ReliefState::kAdopted);
+}
+
+TEST(Relief, IsKeptWhereTheTargetIsLostAndFoundAgain) {
+  Bench bench(world_with(14));
+  (void)watch(bench);
+  bench.tracker().forget();
+  EXPECT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted);
+  EXPECT_LT(error_mm(watch(bench, 1).front()), 1.0);
+}
+
+TEST(Relief, HasTheSameBitsOnEveryTarget) {
+  std::uint64_t first = 0;
+  for_every_target([&] {
+    Bench bench(world_with(14));
+    (void)watch(bench, 18);
+    std::uint64_t hash = 0xCBF29CE484222325ULL;
+    for (const float z : bench.tracker().photo_model().z_mm)
+      hash = (hash ^ std::bit_cast<std::uint32_t>(z)) * 0x100000001B3ULL;
+    if (first == 0) first = hash;
+    EXPECT_EQ(hash, first);
+  });
+}
+
+}  // namespace
+}  // namespace vergence
