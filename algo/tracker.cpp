@@ -612,82 +612,84 @@ void Tracker::expect_light() {
     photo_.hue[i] = light_.expected(hue_sector(photo_hue_[i]), photo_hue_[i]);
   }
   photo_.background_hue = light_.expected(hue_sector(photo_background_hue_), photo_background_hue_);
-  // Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased. A solid
-  // too thick to be recognized by the flat model is learned all the same, from where it is found again and
-  // again; its relief then has to make it recognized.
-  void Tracker::learn_relief(Transform & T_H_M) {
-    if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
-    const bool tracked = confidence_of(T_H_M) >= kFound;
-    if (tracked ? state_ != TrackState::kTracking : !alike(T_H_M, T_H_M_last_)) {
-      if (!tracked) relief_.drop();
-      return;
-    }
-    if (!tracked && relief_.state() == ReliefState::kAdopted) return;
-    if (!relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) return;
-    Transform T_on_relief = T_H_M;
-    relief_.adopt(photo_, T_on_relief);
-    T_H_M = T_on_relief;
-  }
+}
 
-  double Tracker::confidence_of(const Transform& T_H_M) const {
-    if (kind_ == TargetKind::kMarker && (is_thesis() || settings_.last_stage == Stage::kEvolved)) {
-      return share_of(fitness_at(to_pose(T_H_M)), kThesisMarkerFitness);
-    }
-    if (kind_ == TargetKind::kMarker) {
-      const MarkerEvidence& evidence = marker_fit_.evidence;
-      if (following_) return share_of(evidence.share, kMarkerFollowed);
-      if (!about_in(settings_.box, to_pose(T_H_M))) return 0;
-      const double all = share_of(evidence.share, kMarkerFound);
-      const double least = share_of(evidence.least_ball, kMarkerLeastBall);
-      return all < least ? all : least;
-    }
-    if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
-    const double both =
-        static_cast<double>(score(T_H_M, Measure::kJudge)) / static_cast<double>(kCorrelationOne);
-    return share_of(both / 2, kPhotoCorrelation);
+// Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased. A solid
+// too thick to be recognized by the flat model is learned all the same, from where it is found again and
+// again; its relief then has to make it recognized.
+void Tracker::learn_relief(Transform& T_H_M) {
+  if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
+  const bool tracked = confidence_of(T_H_M) >= kFound;
+  if (tracked ? state_ != TrackState::kTracking : !alike(T_H_M, T_H_M_last_)) {
+    if (!tracked) relief_.drop();
+    return;
   }
+  if (!tracked && relief_.state() == ReliefState::kAdopted) return;
+  if (!relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) return;
+  Transform T_on_relief = T_H_M;
+  relief_.adopt(photo_, T_on_relief);
+  T_H_M = T_on_relief;
+}
 
-  void Tracker::update_state(double confidence) {
-    if (confidence >= kFound) {
-      state_ = TrackState::kTracking;
-      return;
-    }
-    if (state_ == TrackState::kTracking) {
-      // Search anew, in the whole box. The thesis just goes on.
-      const LightFollower light = light_;  // fades of itself
-      if (!is_thesis()) forget();
-      light_ = light;
-      state_ = TrackState::kLost;
-    } else if (epochs_ >= plan_for(kind_).full_search_epochs) {
-      state_ = TrackState::kLost;
-    }
+double Tracker::confidence_of(const Transform& T_H_M) const {
+  if (kind_ == TargetKind::kMarker && (is_thesis() || settings_.last_stage == Stage::kEvolved)) {
+    return share_of(fitness_at(to_pose(T_H_M)), kThesisMarkerFitness);
   }
+  if (kind_ == TargetKind::kMarker) {
+    const MarkerEvidence& evidence = marker_fit_.evidence;
+    if (following_) return share_of(evidence.share, kMarkerFollowed);
+    if (!about_in(settings_.box, to_pose(T_H_M))) return 0;
+    const double all = share_of(evidence.share, kMarkerFound);
+    const double least = share_of(evidence.least_ball, kMarkerLeastBall);
+    return all < least ? all : least;
+  }
+  if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
+  const double both =
+      static_cast<double>(score(T_H_M, Measure::kJudge)) / static_cast<double>(kCorrelationOne);
+  return share_of(both / 2, kPhotoCorrelation);
+}
 
-  Estimate Tracker::end_frame() {
-    settle();  // where the budget ended before it came to that
-    const bool found_anew = !following_;
-    Transform T_H_M = refine_best();
-    learn_relief(T_H_M);
-    Estimate estimate;
-    estimate.pose = to_pose(T_H_M);
-    estimate.fitness = fitness_at(estimate.pose);
-    estimate.confidence = confidence_of(T_H_M);
-    estimate.generations = generations_;
-    estimate.evaluations = evaluations_;
-    if (!is_thesis() && settings_.last_stage != Stage::kEvolved) {
-      estimate.covariance =
-          kind_ == TargetKind::kMarker ? marker_covariance(marker_fit_) : photo_alignment_.covariance;
-    }
-    T_H_M_last_ = T_H_M;
-    update_state(estimate.confidence);
-    if (!is_thesis()) follow_light(T_H_M);
-    if (state_ == TrackState::kTracking || is_thesis()) {
-      if (found_anew && !is_thesis()) predictor_.forget();
-      predictor_.observe(motion_.t_s, motion_.T_W_H, T_H_M);
-      if (!is_thesis()) followed_score_ = score(T_H_M, followed_measure());
-    }
-    estimate.state = state_;
-    return estimate;
+void Tracker::update_state(double confidence) {
+  if (confidence >= kFound) {
+    state_ = TrackState::kTracking;
+    return;
   }
+  if (state_ == TrackState::kTracking) {
+    // Search anew, in the whole box. The thesis just goes on.
+    const LightFollower light = light_;  // fades of itself
+    if (!is_thesis()) forget();
+    light_ = light;
+    state_ = TrackState::kLost;
+  } else if (epochs_ >= plan_for(kind_).full_search_epochs) {
+    state_ = TrackState::kLost;
+  }
+}
+
+Estimate Tracker::end_frame() {
+  settle();  // where the budget ended before it came to that
+  const bool found_anew = !following_;
+  Transform T_H_M = refine_best();
+  learn_relief(T_H_M);
+  Estimate estimate;
+  estimate.pose = to_pose(T_H_M);
+  estimate.fitness = fitness_at(estimate.pose);
+  estimate.confidence = confidence_of(T_H_M);
+  estimate.generations = generations_;
+  estimate.evaluations = evaluations_;
+  if (!is_thesis() && settings_.last_stage != Stage::kEvolved) {
+    estimate.covariance =
+        kind_ == TargetKind::kMarker ? marker_covariance(marker_fit_) : photo_alignment_.covariance;
+  }
+  T_H_M_last_ = T_H_M;
+  update_state(estimate.confidence);
+  if (!is_thesis()) follow_light(T_H_M);
+  if (state_ == TrackState::kTracking || is_thesis()) {
+    if (found_anew && !is_thesis()) predictor_.forget();
+    predictor_.observe(motion_.t_s, motion_.T_W_H, T_H_M);
+    if (!is_thesis()) followed_score_ = score(T_H_M, followed_measure());
+  }
+  estimate.state = state_;
+  return estimate;
+}
 
 }  // namespace vergence
