@@ -70,7 +70,6 @@ struct World {
   double light = 1;                          // times all colours
   Rgb cast{1, 1, 1};                         // times each
   std::vector<Ball> balls = marker_balls();  // as they stand in the world; the model's are always those
-  double light = 1;    // times all colours
   double bowl_mm = 0;  // the card's relief: z = bowl (X^2 + Y^2 - 2/3), X and Y from -1 to 1 over it; mean 0
   StereoRig rig;
 
