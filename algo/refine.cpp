@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "algo/pose_covariance.hpp"
+
 namespace vergence {
 namespace {
 
@@ -527,8 +529,8 @@ Alignment assess_alignment(const PhotoModel& model, const StereoRig& rig, const 
       normal.residuals > 0 ? kResidualsForOne * normal.squares / normal.residuals : kResidualsForOne;
   // A prior of a metre and a radian or so: what nothing fixes stays finite.
   for (int k = 0; k < 6; ++k) normal.H(k, k) += variance * (k < 3 ? 1e-6 : 1.0);
-  const Matrix6 J = pose_jacobian(T_H_M);
-  result.covariance = variance * (J * normal.H.ldlt().solve(Matrix6::Identity()) * J.transpose());
+  const Matrix6 information = normal.H / variance;
+  result.covariance = pose_covariance(information, T_H_M);
   return result;
 }
 

@@ -1,9 +1,9 @@
 #include "algo/tracker.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "algo/pose_covariance.hpp"
 #include "algo/trigonometry.hpp"
 
 namespace vergence {
@@ -139,8 +139,7 @@ Matrix6 marker_covariance(const MarkerFit& fit) {
   constexpr double kBox_rad = 1;
   Matrix6 information = fit.information;
   for (int k = 0; k < 6; ++k) information(k, k) += 1 / (k < 3 ? kBox_mm * kBox_mm : kBox_rad * kBox_rad);
-  const Matrix6 J = pose_jacobian(fit.T_H_M);
-  return J * information.ldlt().solve(Matrix6::Identity()) * J.transpose();
+  return pose_covariance(information, fit.T_H_M);
 }
 
 }  // namespace

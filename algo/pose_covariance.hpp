@@ -1,0 +1,13 @@
+// How uncertain a pose is: from the information that alignment gathered about a small increment of it.
+#pragma once
+
+#include "algo/pose.hpp"
+
+namespace vergence {
+
+// Covariance of [x y z e1 e2 e3] (mm, 1) of T_H_M: J inv(information) J^T, exactly symmetric. `information`
+// is the inverse covariance of the increment [translation in mm; rotation vector in rad] in the target frame,
+// positive definite.
+[[nodiscard]] Matrix6 pose_covariance(const Matrix6& information, const Transform& T_H_M);
+
+}  // namespace vergence
