@@ -122,19 +122,22 @@ const std::uint8_t* pixel(const ImageView& photo, int x, int y) {
   return photo.data + static_cast<std::size_t>(y) * photo.stride_bytes + static_cast<std::size_t>(x) * 3;
 }
 
-// Mean colour of the size x size pixels around (x, y), as far as they lie in the photo.
+// Mean colour of the size x size pixels around the CENTRE of (x, y), as far as they lie in the photo: where
+// size is even, the outermost of size + 1 count half, so that the mean is not shifted by half a pixel.
 YCbCr mean_colour(const ImageView& photo, int x, int y, int size) {
+  const int reach = size / 2;
+  const auto weight = [&](int d) { return size > 1 && (d == reach || d == -reach) ? 1 : 2; };
   int sum[3] = {0, 0, 0};
   int count = 0;
-  const int first = -(size - 1) / 2;
-  for (int dy = first; dy < first + size; ++dy) {
-    for (int dx = first; dx < first + size; ++dx) {
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
       const int px = x + dx;
       const int py = y + dy;
       if (px < 0 || py < 0 || px >= photo.width_px || py >= photo.height_px) continue;
       const std::uint8_t* rgb = pixel(photo, px, py);
-      for (int c = 0; c < 3; ++c) sum[c] += rgb[c];
-      ++count;
+      const int w = weight(dx) * weight(dy);
+      for (int c = 0; c < 3; ++c) sum[c] += w * rgb[c];
+      count += w;
     }
   }
   const auto mean = [&](int c) { return (2 * sum[c] + count) / (2 * count); };

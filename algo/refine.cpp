@@ -519,7 +519,7 @@ Alignment assess_alignment(const PhotoModel& model, const StereoRig& rig, const 
                            const Transform& T_H_M) {
   // Neighbouring points share noise and model errors, and the third pairing repeats the noise of the other
   // two: the residuals are worth fewer independent ones (docs/refine.md).
-  constexpr double kResidualsForOne = 12;
+  constexpr double kResidualsForOne = 60;
   const Level level(model, rig, left, right, pass, workspace);
   NormalEquations normal = linearize(level, T_H_M);
   Alignment result;

@@ -149,6 +149,15 @@ class Tracker {
   void polish_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
+  void build_measures();
+  void assess_photo(const Transform& T_H_M);
+  [[nodiscard]] Transform refine_best_photo();
+  [[nodiscard]] double photo_confidence_of(const Transform& T_H_M) const;
+  [[nodiscard]] double marker_confidence_of(const Transform& T_H_M) const;
+  [[nodiscard]] Matrix6 marker_covariance() const;
+  [[nodiscard]] Matrix6 photo_covariance() const;
+  void start_first_generation();
+  [[nodiscard]] bool has_looked_everywhere() const;
   [[nodiscard]] MarkerSight marker_sight(bool of_left) const;
   [[nodiscard]] Transform refine_best_marker();
   [[nodiscard]] Transform pivoted(const MarkerFit& fit) const;

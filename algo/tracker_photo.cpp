@@ -1,0 +1,172 @@
+// The photo-model within the tracker: its measures, refinement, relief and how sure it is.
+#include "algo/photo_confidence.hpp"
+#include "algo/tracker_parts.hpp"
+
+namespace vergence {
+namespace {
+
+constexpr int kSearchPoints = 48;  // points of each measure
+constexpr int kSettlePoints = 400;
+constexpr int kJudgePoints = 640;
+
+// What is searched for is to be some pixels large, and no more: the coarser, the wider the way up to the
+// truth.
+constexpr double kSearchSize_px = 12;
+constexpr int kCoarsestLevel = 3;
+constexpr RefinePass kArchivePass{3, 100, 6};
+constexpr RefinePass kCoarsePass{2, 200, 8};
+constexpr RefinePass kMiddlePass{1, 400, 6};
+constexpr RefinePass kFinePass{0, 1000, 6};
+
+constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
+
+// A flat target looks nearly the same when its tilt is mirrored on the line of sight (Necker's reversal):
+// each of its points keeps its place across the line of sight and swaps depth. Which of the two it is,
+// refinement tells.
+Transform mirrored_tilt(const Transform& T_H_M) {
+  const Vector3 sight = T_H_M.t_mm / std::sqrt(T_H_M.t_mm.squaredNorm() + 1e-12);
+  const Matrix3 half_turn = 2 * sight * sight.transpose() - Matrix3::Identity();
+  const Matrix3 R = half_turn * T_H_M.R * Vector3{-1, -1, 1}.asDiagonal();
+  return {R, T_H_M.t_mm};
+}
+
+// The coarsest level at which a photo-model is still large enough to be told, seen at the middle of the box.
+int level_for(const PhotoModel& model, const CameraModel& camera, double distance_mm) {
+  double squares = 0;  // of the points' distance from the origin; a square of side a has a^2 / 6 of it
+  for (unsigned i = 0; i < static_cast<unsigned>(model.inner); ++i) {
+    squares += model.x_mm[i] * model.x_mm[i] + model.y_mm[i] * model.y_mm[i];
+  }
+  const double side_mm = std::sqrt(6 * squares / model.inner);
+  const double side_px = side_mm * camera.fx_px / (distance_mm > 1 ? distance_mm : 1);
+  int level = 0;
+  while (level < kCoarsestLevel && side_px / (2 << level) >= kSearchSize_px) ++level;
+  return level;
+}
+
+// The same place, found in two frames.
+bool alike(const Transform& a, const Transform& b) {
+  constexpr double kAlike_mm = 10;
+  constexpr double kAlike_e = 0.06;
+  return (a.t_mm - b.t_mm).squaredNorm() < kAlike_mm * kAlike_mm &&
+         quaternion_vector_from_rotation(a.R.transpose() * b.R).squaredNorm() < kAlike_e * kAlike_e;
+}
+
+}  // namespace
+
+// A few steps of alignment bring those that got near the truth nearer than evolution at that resolution can.
+void Tracker::polish_archive() {
+  RefinePass pass = kArchivePass;
+  pass.level = search_model_.level;
+  for (Individual& individual : population_.individual) {
+    const Transform T = to_transform(decode(individual.chromosome, box_, settings_.ga.coding));
+    Transform polished = T;
+    refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, polished);
+    if (score(polished, Measure::kSettle) > score(T, Measure::kSettle)) {
+      individual.chromosome = encode(to_pose(polished), box_, settings_.ga.coding);
+    }
+  }
+}
+
+void Tracker::build_measures() {
+  build_correlation_model(photo_, level_for(photo_, rig_.left, settings_.box.centre[2]), kSearchPoints,
+                          search_model_);
+  build_correlation_model(photo_, 2, kSettlePoints, settle_model_);
+  build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
+}
+
+Transform Tracker::refine_best_photo() {
+  const GeneCoding coding = settings_.ga.coding;
+  const Pose best = decode(population_.individual[0].chromosome, box_, coding);
+  Transform T_H_M = to_transform(best);
+
+  const auto refine = [this](const RefinePass& pass, Transform& T) {
+    refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
+  };
+  const auto cost = [this](const RefinePass& pass, const Transform& T) {
+    return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
+  };
+  if (!following_) {
+    // The fittest, its mirror image, the fittest of those elsewhere, and where it was followed to.
+    Pose other = best;
+    for (int i = kPopulation - 1; i > 0; --i) {
+      const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
+      if (distinct(pose, best)) other = pose;
+    }
+    std::array<Transform, 4> guesses{T_H_M, mirrored_tilt(T_H_M), to_transform(other),
+                                     rescuing_ ? rescue_pose_ : mirrored_tilt(to_transform(other))};
+    double least_cost = 1e9;
+    for (Transform& guess : guesses) {
+      refine(kCoarsePass, guess);
+      const double guess_cost = cost(kMiddlePass, guess);
+      if (guess_cost < least_cost) {
+        least_cost = guess_cost;
+        T_H_M = guess;
+      }
+    }
+  }
+  // No pass may make it worse by its own measure.
+  for (const RefinePass& pass : {kMiddlePass, kFinePass}) {
+    const double before = cost(pass, T_H_M);
+    Transform refined = T_H_M;
+    refine(pass, refined);
+    if (cost(pass, refined) <= before) T_H_M = refined;
+  }
+  return T_H_M;
+}
+
+// Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased. A solid
+// too thick to be recognized by the flat model is learned all the same, from where it is found again and
+// again; its relief then has to make it recognized.
+void Tracker::learn_relief(Transform& T_H_M) {
+  if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
+  const bool tracked = confidence_of(T_H_M) >= kFound;
+  if (tracked ? state_ != TrackState::kTracking : !alike(T_H_M, T_H_M_last_)) {
+    if (!tracked) relief_.drop();
+    return;
+  }
+  if (!tracked && relief_.state() == ReliefState::kAdopted) return;
+  if (!relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) return;
+  Transform T_on_relief = T_H_M;
+  relief_.adopt(photo_, T_on_relief);
+  T_H_M = T_on_relief;
+  assess_photo(T_H_M);
+}
+
+void Tracker::assess_photo(const Transform& T_H_M) {
+  photo_alignment_ =
+      assess_alignment(photo_, rig_, colour_left_, colour_right_, kFinePass, workspace_, T_H_M);
+}
+
+// What alignment says, and, as long as the model is flat, what a solid's depth may have done to it: the worse
+// left and right fit each other on the plane, the less flat the target.
+Matrix6 Tracker::photo_covariance() const {
+  constexpr double kSolidMisfit =
+      0.5;  // of left with right, on the flat model of a solid of some centimetres
+  constexpr double kSolid_mm[3] = {1, 1.5, 4};
+  constexpr double kSolid_e = 0.03;
+  Matrix6 covariance = photo_alignment_.covariance;
+  if (relief_.state() == ReliefState::kAdopted) return covariance;
+  const double misfit = photo_alignment_.pairing_cost[2] / kSolidMisfit;
+  const double share = misfit * misfit * misfit * misfit;
+  for (int k = 0; k < 6; ++k) {
+    const double deviation = k < 3 ? kSolid_mm[k] : kSolid_e;
+    covariance(k, k) += share * deviation * deviation;
+  }
+  return covariance;
+}
+
+double Tracker::photo_confidence_of(const Transform& T_H_M) const {
+  if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
+  const unsigned level = at(judge_model_.level);
+  const auto likeness = [&](const CameraModel& camera, const ColourPyramid& pyramid, const Transform& T_C_M) {
+    return static_cast<double>(
+               correlation(judge_model_, photo_, camera, level_of(pyramid, judge_model_.level), T_C_M)) /
+           static_cast<double>(kCorrelationOne);
+  };
+  return photo_confidence(
+      {likeness(camera_left_[level], colour_left_, T_CL_H_ * T_H_M),
+       likeness(camera_right_[level], colour_right_, T_CR_H_ * T_H_M), photo_alignment_.pairing_cost[2]},
+      following_);
+}
+
+}  // namespace vergence

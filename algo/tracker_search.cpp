@@ -1,0 +1,182 @@
+// Evolution: the epochs of a search, the archive of their best, following, scouts and rescue.
+#include "algo/tracker_parts.hpp"
+
+namespace vergence {
+namespace {
+
+// Search: the population is evolved from scratch again and again, an epoch each time; the best of each epoch
+// stands in the archive, from which the last part of a frame's budget settles.
+struct SearchPlan {
+  int epoch_generations;
+  int founders;            // drawn for each of the first generation; the fittest of them stays
+  int full_search_epochs;  // after so many in vain, the target is not there
+  double share;            // of a frame's budget
+};
+constexpr SearchPlan kMarkerSearch{60, 1, 8, 0.75};
+constexpr SearchPlan kPhotoSearch{30, 4, 24, 0.95};
+
+const SearchPlan& plan_for(TargetKind kind) {
+  return kind == TargetKind::kMarker ? kMarkerSearch : kPhotoSearch;
+}
+
+constexpr int kSettleMutation_per_1024 = 51;  // half of the searching rate: fewer long jumps
+
+// The thesis: nine generations; ours: what a cold lock takes.
+constexpr int kThesisGenerations = 9;
+constexpr int kPhotoSearchGenerations = 3200;
+constexpr int kMarkerSearchGenerations = 1500;
+
+// While following: what the frame before reached, times this, is a target that is no longer where it was
+// expected.
+constexpr double kGone = 0.75;
+// A scout population searches the whole box while a target is followed, some generations a frame.
+constexpr int kScoutGenerations = 20;
+constexpr double kScoutMargin = 0.05;  // of the score, that a scout must be fitter by
+
+}  // namespace
+
+int Tracker::usual_generations() const {
+  if (is_thesis()) return kThesisGenerations;
+  if (following_) return kTrackGenerations;
+  const int search = kind_ == TargetKind::kMarker ? kMarkerSearchGenerations : kPhotoSearchGenerations;
+  return rescuing_ ? kTrackGenerations + search : search;
+}
+
+Tracker::Measure Tracker::search_measure() const {
+  return kind_ == TargetKind::kMarker || is_thesis() ? Measure::kVotes : Measure::kSearch;
+}
+
+// Of the pose that is followed: the measure of settling while it is.
+Tracker::Measure Tracker::followed_measure() const {
+  return kind_ == TargetKind::kMarker ? Measure::kVotes : Measure::kJudge;
+}
+
+Tracker::Measure Tracker::settle_measure() const {
+  if (kind_ == TargetKind::kMarker || is_thesis()) return Measure::kVotes;
+  return following_ ? followed_measure() : Measure::kSettle;
+}
+
+void Tracker::start_first_generation() {
+  const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
+  if (!population_ready_) {
+    found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
+  } else {
+    evaluate_population(population_, score_search);
+  }
+}
+
+bool Tracker::has_looked_everywhere() const {
+  return epochs_ >= plan_for(kind_).full_search_epochs;
+}
+
+void Tracker::evolve(double progress) {
+  // Once the usual generations have followed it in vain, the rest of the frame's budget looks everywhere.
+  if (following_ && generations_ == kTrackGenerations && is_gone()) start_rescue();
+  ++generations_;
+  if (!is_thesis() && !following_ && progress < plan_for(kind_).share) {
+    evolve_search();
+    return;
+  }
+  settle();
+  GaSettings ga = settings_.ga;
+  if (!is_thesis()) ga.mutation_per_1024 = kSettleMutation_per_1024;
+  evolve_generation(population_, ga, random_,
+                    [this](const Chromosome& c) { return score(c, settle_measure()); });
+}
+
+// Whether what is followed is seen far less well than in the frame before.
+bool Tracker::is_gone() const {
+  return static_cast<double>(population_.individual[0].score) < kGone * static_cast<double>(followed_score_);
+}
+
+void Tracker::start_search() {
+  box_ = settings_.box;
+  clear_archive();
+  population_ready_ = false;
+}
+
+void Tracker::clear_archive() {
+  archive_ = Population{};
+  for (Individual& individual : archive_.individual) individual.score = INT64_MIN;
+  epoch_generation_ = 0;
+  epochs_ = 0;
+}
+
+void Tracker::start_rescue() {
+  rescue_pose_ = to_transform(decode(population_.individual[0].chromosome, box_, settings_.ga.coding));
+  following_ = false;
+  rescuing_ = true;
+  start_search();
+  found_population(population_, plan_for(kind_).founders, random_,
+                   [this](const Chromosome& c) { return score(c, search_measure()); });
+  population_ready_ = true;
+}
+
+// Some generations of a population that has nothing to do with the target that is followed. The best of an
+// epoch, where it is fitter than what is followed, and elsewhere, makes the frame a search.
+void Tracker::scout() {
+  const auto score_search = [this](const Chromosome& c) {
+    ++evaluations_;
+    return score(to_transform(decode(c, settings_.box, settings_.ga.coding)), search_measure());
+  };
+  if (scout_generation_ == 0) {
+    found_population(scouts_, plan_for(kind_).founders, random_, score_search);
+  } else {
+    evaluate_population(scouts_, score_search);
+  }
+  for (int g = 0; g < kScoutGenerations; ++g) {
+    evolve_generation(scouts_, settings_.ga, random_, score_search);
+  }
+  scout_generation_ += kScoutGenerations;
+  if (scout_generation_ < plan_for(kind_).epoch_generations) return;
+  scout_generation_ = 0;
+  const Pose found = decode(scouts_.individual[0].chromosome, settings_.box, settings_.ga.coding);
+  const Pose followed = decode(population_.individual[0].chromosome, box_, settings_.ga.coding);
+  const auto mark = static_cast<double>(score(to_transform(followed), search_measure()));
+  const auto scouted = static_cast<double>(scouts_.individual[0].score);
+  const double margin = kScoutMargin * (mark > 0 ? mark : -mark);
+  if (distinct(found, followed) && scouted > mark + margin) {
+    start_rescue();
+    archive_.individual[0] = {encode(found, box_, settings_.ga.coding), scouts_.individual[0].score};
+  }
+}
+
+void Tracker::evolve_search() {
+  const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
+  if (epoch_generation_ == plan_for(kind_).epoch_generations) {
+    keep_in_archive(population_.individual[0]);
+    ++epochs_;
+    epoch_generation_ = 0;
+    found_population(population_, plan_for(kind_).founders, random_, score_search);
+  }
+  ++epoch_generation_;
+  evolve_generation(population_, settings_.ga, random_, score_search);
+}
+
+void Tracker::keep_in_archive(const Individual& individual) {
+  unsigned worst = 0;
+  for (unsigned i = 1; i < kPopulation; ++i) {
+    if (archive_.individual[i].score < archive_.individual[worst].score) worst = i;
+  }
+  if (individual.score > archive_.individual[worst].score) archive_.individual[worst] = individual;
+}
+
+void Tracker::settle() {
+  if (!is_thesis() && !following_ && !settling_) merge_archive();
+  settling_ = true;
+}
+
+void Tracker::merge_archive() {
+  // The running epoch's best stand in for the epochs that have not ended yet.
+  Population merged = archive_;
+  int next = 0;
+  for (Individual& individual : merged.individual) {
+    if (individual.score == INT64_MIN) individual = population_.individual[at(next++)];
+  }
+  merged.individual[kPopulation - 1] = population_.individual[0];
+  population_ = merged;
+  if (search_measure() == Measure::kSearch) polish_archive();
+  evaluate_population(population_, [this](const Chromosome& c) { return score(c, settle_measure()); });
+}
+
+}  // namespace vergence
