@@ -6,7 +6,7 @@ namespace vergence {
 struct PhotoEvidence {
   double left = 0;   // correlation of the photo with each camera's image, -1 .. 1
   double right = 0;  //
-  // Misfit of left with right at the pose, 0 .. 1 (Alignment::pairing_cost).
+  // Misfit of left with right at the pose, 0 .. 1 (Alignment::pairing_cost); 1: they see no points in common.
   double left_right_cost = 1;
 };
 

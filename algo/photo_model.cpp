@@ -122,11 +122,16 @@ const std::uint8_t* pixel(const ImageView& photo, int x, int y) {
   return photo.data + static_cast<std::size_t>(y) * photo.stride_bytes + static_cast<std::size_t>(x) * 3;
 }
 
-// Mean colour of the size x size pixels around the CENTRE of (x, y), as far as they lie in the photo: where
-// size is even, the outermost of size + 1 count half, so that the mean is not shifted by half a pixel.
+// Mean colour of the size x size pixels around (x, y), as far as they lie in the photo. From size 4 on it is
+// centred on the pixel: the outermost of size + 1 count half. At size 2 that would blur the photo half as
+// much again as cameras' images are when they are halved, which led alignment astray; there it is the pixel
+// and those after it.
 YCbCr mean_colour(const ImageView& photo, int x, int y, int size) {
   const int reach = size / 2;
-  const auto weight = [&](int d) { return size > 1 && (d == reach || d == -reach) ? 1 : 2; };
+  const auto weight = [&](int d) {
+    if (size <= 2) return d < 0 ? 0 : 2;
+    return d == reach || d == -reach ? 1 : 2;
+  };
   int sum[3] = {0, 0, 0};
   int count = 0;
   for (int dy = -reach; dy <= reach; ++dy) {

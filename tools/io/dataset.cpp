@@ -205,7 +205,7 @@ bool marks_anything(const GreyImage& mask, const Rectangle& roi) {
 void find_by_background(const RgbImage& background, Target& target) {
   constexpr double kLeastShare = 0.08;
   constexpr double kLargestShare = 0.98;
-  constexpr double kRim = 0.06;  // of the rectangle's mean side
+  constexpr double kRim = 0.12;  // of the rectangle's mean side
   if (background.width_px != target.photo.width_px || background.height_px != target.photo.height_px) return;
   const GreyImage found = find_target(target.photo, background).mask;
   const Rectangle& roi = target.roi;
