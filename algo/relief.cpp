@@ -35,6 +35,7 @@ constexpr int kConjugateSteps = 24;
 
 // Depths tried at first.
 constexpr int kSweepFrames = 5;
+constexpr int kFlatHypothesis = kReliefHypotheses / 2;  // the one in the middle
 constexpr int kSweepPerFrame = kReliefHypotheses / kSweepFrames;
 static_assert(kSweepFrames * kSweepPerFrame == kReliefHypotheses);
 constexpr int kSweepLevel = 1;
@@ -403,9 +404,9 @@ void Relief::add_priors() {
   const double n = target_points_ > 1 ? target_points_ : 1;
   // (mean z / sigma)^2 = (sum z)^2 / (n sigma)^2; the slope sum(z x) / sum(x x) likewise.
   mean_bond_ = 1 / (n * n * kMeanError_mm * kMeanError_mm);
-  const double kTrend_rad = frames_ < kCoarseFrames ? kEarlyTrend_rad : vergence::kTrend_rad;
-  trend_bond_x_ = 1 / ((xx + 1) * (xx + 1) * kTrend_rad * kTrend_rad);
-  trend_bond_y_ = 1 / ((yy + 1) * (yy + 1) * kTrend_rad * kTrend_rad);
+  const double trend_rad = frames_ < kCoarseFrames ? kEarlyTrend_rad : kTrend_rad;
+  trend_bond_x_ = 1 / ((xx + 1) * (xx + 1) * trend_rad * trend_rad);
+  trend_bond_y_ = 1 / ((yy + 1) * (yy + 1) * trend_rad * trend_rad);
   for (int i = 0; i < points_; ++i) {
     const double w = is_target_[at(i)];
     const double diagonal = kFlatness + 1e-6;
@@ -514,7 +515,7 @@ void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const Colour
   const std::array<Light, 3> flat_light = light_;
   for (int n = 0; n < kSweepPerFrame; ++n) {
     const int h = frames_ * kSweepPerFrame + n;
-    depth.fill(kSweepStep_mm * (h - kReliefHypotheses / 2));
+    depth.fill(kSweepStep_mm * (h - kFlatHypothesis));
     look(rig, left, right, kSweepLevel, model, depth, T_H_M);
     for (int i = 0; i < points_; ++i) {
       const ReliefSample& l = left_[at(i)];
@@ -552,11 +553,11 @@ void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const Colour
     }
   }
   for (int i = 0; i < points_; ++i) {
-    int best = kReliefHypotheses / 2;  // flat, where nothing tells
+    int best = kFlatHypothesis;  // flat, where nothing tells
     for (int h = 0; h < kReliefHypotheses; ++h) {
       if (sweep_[at(h)][at(i)] < sweep_[at(best)][at(i)]) best = h;
     }
-    z_mm_[at(i)] = kSweepStep_mm * (best - kReliefHypotheses / 2);
+    z_mm_[at(i)] = kSweepStep_mm * (best - kFlatHypothesis);
   }
 }
 
