@@ -11,6 +11,7 @@
 
 #include "algo/pose_covariance.hpp"
 
+HWY_BEFORE_NAMESPACE();
 namespace vergence {
 namespace {
 
@@ -110,6 +111,8 @@ struct View {
 
 // Where a camera sees four points, and how that changes with the pose increment.
 struct Projection {
+  // Written out, because GCC compiles an implicit one without the vector target of this file.
+  Projection() {}  // NOLINT(modernize-use-equals-default,cppcoreguidelines-pro-type-member-init)
   V4 u;
   V4 v;
   V4 du[6];
@@ -553,3 +556,4 @@ void refine_photo_pose(const PhotoModel& model, const StereoRig& rig, const Colo
 }
 
 }  // namespace vergence
+HWY_AFTER_NAMESPACE();
