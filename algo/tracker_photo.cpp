@@ -5,7 +5,7 @@
 namespace vergence {
 namespace {
 
-constexpr int kSearchPoints = 48;  // points of each measure
+constexpr int kSearchPoints = 64;  // points of each measure
 constexpr int kSettlePoints = 400;
 constexpr int kJudgePoints = 640;
 
@@ -94,12 +94,14 @@ Transform Tracker::refine_best_photo() {
     }
     std::array<Transform, 4> guesses{T_H_M, mirrored_tilt(T_H_M), to_transform(other),
                                      rescuing_ ? rescue_pose_ : mirrored_tilt(to_transform(other))};
-    double least_cost = 1e9;
+    // Which it is, is for correlation to say: alignment costs least on smooth places, where nothing is to be
+    // told.
+    std::int64_t best_score = INT64_MIN;
     for (Transform& guess : guesses) {
       refine(kCoarsePass, guess);
-      const double guess_cost = cost(kMiddlePass, guess);
-      if (guess_cost < least_cost) {
-        least_cost = guess_cost;
+      const std::int64_t guess_score = score(guess, Measure::kJudge);
+      if (guess_score > best_score) {
+        best_score = guess_score;
         T_H_M = guess;
       }
     }

@@ -10,10 +10,11 @@ struct SearchPlan {
   int epoch_generations;
   int founders;            // drawn for each of the first generation; the fittest of them stays
   int full_search_epochs;  // after so many in vain, the target is not there
+  int epochs_anywhere;     // after so many, most take up a place of the archive and turn the target there
   double share;            // of a frame's budget
 };
-constexpr SearchPlan kMarkerSearch{60, 1, 8, 0.75};
-constexpr SearchPlan kPhotoSearch{30, 4, 24, 0.95};
+constexpr SearchPlan kMarkerSearch{60, 1, 8, INT32_MAX, 0.75};
+constexpr SearchPlan kPhotoSearch{30, 8, 24, 30, 0.95};
 
 const SearchPlan& plan_for(TargetKind kind) {
   return kind == TargetKind::kMarker ? kMarkerSearch : kPhotoSearch;
@@ -23,8 +24,14 @@ constexpr int kSettleMutation_per_1024 = 51;  // half of the searching rate: few
 
 // The thesis: nine generations; ours: what a cold lock takes.
 constexpr int kThesisGenerations = 9;
-constexpr int kPhotoSearchGenerations = 3200;
+constexpr int kPhotoSearchGenerations = 4200;
 constexpr int kMarkerSearchGenerations = 1500;
+
+// A search finds where a target is long before it finds how it is turned. Founders about a place of the
+// archive lie this far from it in x and y, and twice as far in z; every kAnywhereEvery-th epoch still looks
+// anywhere.
+constexpr double kTurn_mm = 40;
+constexpr int kAnywhereEvery = 9;
 
 // While following: what the frame before reached, times this, is a target that is no longer where it was
 // expected.
@@ -59,7 +66,9 @@ Tracker::Measure Tracker::settle_measure() const {
 void Tracker::start_first_generation() {
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (!population_ready_) {
-    found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
+    found_population(
+        population_, is_thesis() ? 1 : plan_for(kind_).founders,
+        [this] { return random_chromosome(random_); }, score_search);
   } else {
     evaluate_population(population_, score_search);
   }
@@ -107,8 +116,9 @@ void Tracker::start_rescue() {
   following_ = false;
   rescuing_ = true;
   start_search();
-  found_population(population_, plan_for(kind_).founders, random_,
-                   [this](const Chromosome& c) { return score(c, search_measure()); });
+  found_population(
+      population_, plan_for(kind_).founders, [this] { return random_chromosome(random_); },
+      [this](const Chromosome& c) { return score(c, search_measure()); });
   population_ready_ = true;
 }
 
@@ -120,7 +130,8 @@ void Tracker::scout() {
     return score(to_transform(decode(c, settings_.box, settings_.ga.coding)), search_measure());
   };
   if (scout_generation_ == 0) {
-    found_population(scouts_, plan_for(kind_).founders, random_, score_search);
+    found_population(
+        scouts_, plan_for(kind_).founders, [this] { return random_chromosome(random_); }, score_search);
   } else {
     evaluate_population(scouts_, score_search);
   }
@@ -147,18 +158,40 @@ void Tracker::evolve_search() {
     keep_in_archive(population_.individual[0]);
     ++epochs_;
     epoch_generation_ = 0;
-    found_population(population_, plan_for(kind_).founders, random_, score_search);
+    const bool anywhere = epochs_ < plan_for(kind_).epochs_anywhere || epochs_ % kAnywhereEvery == 0;
+    const Chromosome place = archive_.individual[random_.below(kPopulation)].chromosome;
+    found_population(
+        population_, plan_for(kind_).founders,
+        [&] { return anywhere ? random_chromosome(random_) : turned(place); }, score_search);
   }
   ++epoch_generation_;
   evolve_generation(population_, settings_.ga, random_, score_search);
 }
 
-void Tracker::keep_in_archive(const Individual& individual) {
-  unsigned worst = 0;
-  for (unsigned i = 1; i < kPopulation; ++i) {
-    if (archive_.individual[i].score < archive_.individual[worst].score) worst = i;
+// About the place of another chromosome, turned anyhow.
+Chromosome Tracker::turned(const Chromosome& place) {
+  Pose pose = decode(random_chromosome(random_), box_, settings_.ga.coding);
+  const Pose about = decode(place, box_, settings_.ga.coding);
+  for (int i = 0; i < 3; ++i) {
+    const double share = (pose.position_mm[i] - box_.centre[at(i)]) / box_.half_range[at(i)];
+    pose.position_mm[i] = about.position_mm[i] + share * kTurn_mm * (i == 2 ? 2 : 1);
   }
-  if (individual.score > archive_.individual[worst].score) archive_.individual[worst] = individual;
+  return encode(pose, box_, settings_.ga.coding);
+}
+
+// Each place has one member of the archive, the best that was found there.
+void Tracker::keep_in_archive(const Individual& individual) {
+  const Pose pose = decode(individual.chromosome, box_, settings_.ga.coding);
+  unsigned replaced = 0;
+  for (unsigned i = 0; i < kPopulation; ++i) {
+    const Individual& member = archive_.individual[i];
+    if (member.score > INT64_MIN && !distinct(decode(member.chromosome, box_, settings_.ga.coding), pose)) {
+      replaced = i;
+      break;
+    }
+    if (member.score < archive_.individual[replaced].score) replaced = i;
+  }
+  if (individual.score > archive_.individual[replaced].score) archive_.individual[replaced] = individual;
 }
 
 void Tracker::settle() {

@@ -153,7 +153,8 @@ TEST(Evolution, EvaluatesOnlyTheNewOnesAndNeverLosesTheBest) {
     };
     CounterRandom random(seed, 5);
     Population population;
-    found_population(population, 1, random, count_ones);
+    found_population(
+        population, 1, [&] { return random_chromosome(random); }, count_ones);
     RC_ASSERT(evaluations == kPopulation);
     for (int generation = 0; generation < 30; ++generation) {
       const std::int64_t best = population.individual[0].score;
@@ -172,7 +173,8 @@ TEST(Evolution, DrawsTheSameRandomNumbersWhateverTheScores) {
   const auto position_after = [](auto&& score) {
     CounterRandom random(1, 2);
     Population population;
-    found_population(population, 1, random, score);
+    found_population(
+        population, 1, [&] { return random_chromosome(random); }, score);
     for (int i = 0; i < 20; ++i) evolve_generation(population, GaSettings{}, random, score);
     return random.position();
   };
