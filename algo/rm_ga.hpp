@@ -103,10 +103,14 @@ template <class Score>
 void evolve_generation(Population& population, const GaSettings& settings, CounterRandom& random,
                        Score&& score);
 
-// Draws 20 times `founders` chromosomes with `draw() -> Chromosome`, evaluates them, and keeps the fittest of
-// each `founders`. With one, drawn at random, it is the first generation of the thesis.
+// Draws 20 times `founders` chromosomes at random, evaluates them, and keeps the fittest of each `founders`.
+// With one it is the first generation of the thesis.
+template <class Score>
+void found_population(Population& population, int founders, CounterRandom& random, Score&& score);
+
+// The same, drawn by `draw() -> Chromosome`.
 template <class Draw, class Score>
-void found_population(Population& population, int founders, Draw&& draw, Score&& score);
+void found_population_from(Population& population, int founders, Draw&& draw, Score&& score);
 
 // Evaluates all 20 again, as when a new pair of images has come, and sorts.
 template <class Score>
@@ -132,8 +136,14 @@ void evolve_generation(Population& population, const GaSettings& settings, Count
   sort_by_score(population);
 }
 
+template <class Score>
+void found_population(Population& population, int founders, CounterRandom& random, Score&& score) {
+  found_population_from(
+      population, founders, [&] { return random_chromosome(random); }, score);
+}
+
 template <class Draw, class Score>
-void found_population(Population& population, int founders, Draw&& draw, Score&& score) {
+void found_population_from(Population& population, int founders, Draw&& draw, Score&& score) {
   for (auto& individual : population.individual) {
     individual.chromosome = draw();
     individual.score = score(individual.chromosome);

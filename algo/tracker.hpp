@@ -144,6 +144,7 @@ class Tracker {
   void clear_archive();
   void scout();
   void evolve_search();
+  [[nodiscard]] Chromosome draw_place();
   [[nodiscard]] Chromosome turned(const Chromosome& place);
   void settle();
   void merge_archive();

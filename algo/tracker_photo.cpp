@@ -86,24 +86,34 @@ Transform Tracker::refine_best_photo() {
     return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
   };
   if (!following_) {
-    // The fittest, its mirror image, the fittest of those elsewhere, and where it was followed to.
+    // The fittest and the fittest of those elsewhere, each with its mirror image; and where it was followed
+    // to.
     Pose other = best;
     for (int i = kPopulation - 1; i > 0; --i) {
       const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
       if (distinct(pose, best)) other = pose;
     }
-    std::array<Transform, 4> guesses{T_H_M, mirrored_tilt(T_H_M), to_transform(other),
-                                     rescuing_ ? rescue_pose_ : mirrored_tilt(to_transform(other))};
-    // Which it is, is for correlation to say: alignment costs least on smooth places, where nothing is to be
-    // told.
+    // Which of a pose and its mirror image it is, alignment tells; at which place, correlation: alignment
+    // costs least where there is nothing to be told.
     std::int64_t best_score = INT64_MIN;
-    for (Transform& guess : guesses) {
-      refine(kCoarsePass, guess);
+    const auto consider = [&](const Transform& guess) {
       const std::int64_t guess_score = score(guess, Measure::kJudge);
       if (guess_score > best_score) {
         best_score = guess_score;
         T_H_M = guess;
       }
+    };
+    for (const Pose& pose : {best, other}) {
+      Transform guess = to_transform(pose);
+      Transform mirrored = mirrored_tilt(guess);
+      refine(kCoarsePass, guess);
+      refine(kCoarsePass, mirrored);
+      consider(cost(kMiddlePass, mirrored) < cost(kMiddlePass, guess) ? mirrored : guess);
+    }
+    if (rescuing_) {
+      Transform followed = rescue_pose_;
+      refine(kCoarsePass, followed);
+      consider(followed);
     }
   }
   // No pass may make it worse by its own measure.

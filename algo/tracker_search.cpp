@@ -66,9 +66,7 @@ Tracker::Measure Tracker::settle_measure() const {
 void Tracker::start_first_generation() {
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (!population_ready_) {
-    found_population(
-        population_, is_thesis() ? 1 : plan_for(kind_).founders,
-        [this] { return random_chromosome(random_); }, score_search);
+    found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
   } else {
     evaluate_population(population_, score_search);
   }
@@ -116,9 +114,8 @@ void Tracker::start_rescue() {
   following_ = false;
   rescuing_ = true;
   start_search();
-  found_population(
-      population_, plan_for(kind_).founders, [this] { return random_chromosome(random_); },
-      [this](const Chromosome& c) { return score(c, search_measure()); });
+  found_population(population_, plan_for(kind_).founders, random_,
+                   [this](const Chromosome& c) { return score(c, search_measure()); });
   population_ready_ = true;
 }
 
@@ -130,8 +127,7 @@ void Tracker::scout() {
     return score(to_transform(decode(c, settings_.box, settings_.ga.coding)), search_measure());
   };
   if (scout_generation_ == 0) {
-    found_population(
-        scouts_, plan_for(kind_).founders, [this] { return random_chromosome(random_); }, score_search);
+    found_population(scouts_, plan_for(kind_).founders, random_, score_search);
   } else {
     evaluate_population(scouts_, score_search);
   }
@@ -158,14 +154,23 @@ void Tracker::evolve_search() {
     keep_in_archive(population_.individual[0]);
     ++epochs_;
     epoch_generation_ = 0;
-    const bool anywhere = epochs_ < plan_for(kind_).epochs_anywhere || epochs_ % kAnywhereEvery == 0;
-    const Chromosome place = archive_.individual[random_.below(kPopulation)].chromosome;
-    found_population(
-        population_, plan_for(kind_).founders,
-        [&] { return anywhere ? random_chromosome(random_) : turned(place); }, score_search);
+    if (epochs_ < plan_for(kind_).epochs_anywhere || epochs_ % kAnywhereEvery == 0) {
+      found_population(population_, plan_for(kind_).founders, random_, score_search);
+    } else {
+      const Chromosome place = draw_place();
+      found_population_from(
+          population_, plan_for(kind_).founders, [&] { return turned(place); }, score_search);
+    }
   }
   ++epoch_generation_;
   evolve_generation(population_, settings_.ga, random_, score_search);
+}
+
+// A member of the archive, which fills from its front.
+Chromosome Tracker::draw_place() {
+  std::uint32_t members = 0;
+  for (const Individual& member : archive_.individual) members += member.score > INT64_MIN ? 1 : 0;
+  return archive_.individual[random_.below(members)].chromosome;
 }
 
 // About the place of another chromosome, turned anyhow.

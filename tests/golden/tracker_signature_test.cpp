@@ -47,9 +47,9 @@ class GoldenTest : public ::testing::TestWithParam<Golden> {};
 INSTANTIATE_TEST_SUITE_P(
     Runs, GoldenTest,
     ::testing::Values(Golden{TargetKind::kMarker, Method::kThesis, 0xC622CA858F364EA9ULL},
-                      Golden{TargetKind::kMarker, Method::kVergence, 0x9669B2813ECC7B9FULL},
+                      Golden{TargetKind::kMarker, Method::kVergence, 0xA936830405AF95DDULL},
                       Golden{TargetKind::kPhoto, Method::kThesis, 0xDD9DAB3457DF6EEBULL},
-                      Golden{TargetKind::kPhoto, Method::kVergence, 0x368BDF32938B37FCULL}));
+                      Golden{TargetKind::kPhoto, Method::kVergence, 0x6178990A7C384090ULL}));
 
 TEST_P(GoldenTest, EstimatesKeepTheirBits) {
   for_every_target([] {

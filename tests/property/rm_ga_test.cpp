@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+#include <algorithm>
+#include <vector>
 
 #include <bit>
 #include <cmath>
@@ -153,8 +155,7 @@ TEST(Evolution, EvaluatesOnlyTheNewOnesAndNeverLosesTheBest) {
     };
     CounterRandom random(seed, 5);
     Population population;
-    found_population(
-        population, 1, [&] { return random_chromosome(random); }, count_ones);
+    found_population(population, 1, random, count_ones);
     RC_ASSERT(evaluations == kPopulation);
     for (int generation = 0; generation < 30; ++generation) {
       const std::int64_t best = population.individual[0].score;
@@ -169,12 +170,35 @@ TEST(Evolution, EvaluatesOnlyTheNewOnesAndNeverLosesTheBest) {
   }));
 }
 
+TEST(Evolution, FoundsFromTheFittestOfWhatIsDrawn) {
+  ASSERT_TRUE(rc::check([](std::uint64_t seed) {
+    const int founders = *rc::gen::inRange(1, 6);
+    CounterRandom random(seed, 9);
+    std::vector<std::int64_t> fittest;
+    int draws = 0;
+    const auto score = [](const Chromosome& c) { return static_cast<std::int64_t>(c.low >> 1); };
+    Population population;
+    found_population_from(
+        population, founders,
+        [&] {
+          const Chromosome drawn = random_chromosome(random);
+          if (draws % founders == 0) fittest.push_back(score(drawn));
+          fittest.back() = std::max(fittest.back(), score(drawn));
+          ++draws;
+          return drawn;
+        },
+        score);
+    RC_ASSERT(draws == kPopulation * founders);
+    std::sort(fittest.rbegin(), fittest.rend());
+    for (unsigned i = 0; i < kPopulation; ++i) RC_ASSERT(population.individual[i].score == fittest[i]);
+  }));
+}
+
 TEST(Evolution, DrawsTheSameRandomNumbersWhateverTheScores) {
   const auto position_after = [](auto&& score) {
     CounterRandom random(1, 2);
     Population population;
-    found_population(
-        population, 1, [&] { return random_chromosome(random); }, score);
+    found_population(population, 1, random, score);
     for (int i = 0; i < 20; ++i) evolve_generation(population, GaSettings{}, random, score);
     return random.position();
   };
