@@ -4,13 +4,13 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
-#include <algorithm>
-#include <vector>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <vector>
 
 namespace vergence {
 namespace {
