@@ -73,9 +73,9 @@ Vector3 apparent_velocity(const Vector3& target_mm, const Vector3& target_veloci
 }
 
 Gaze gaze(const EyeMount& mount, const EyeAngles& angles) {
-  const auto [tilt_s, tilt_c] = sin_cos(angles.tilt_rad);
-  const auto in_hand = [&](double x, double distance) -> Vector3 {
-    return {x, distance * tilt_s, distance * tilt_c};
+  const SinCos tilt = sin_cos(angles.tilt_rad);
+  const auto in_hand = [&tilt](double x, double distance) -> Vector3 {
+    return {x, distance * tilt.sine, distance * tilt.cosine};
   };
   const auto [middle_s, middle_c] = sin_cos((angles.pan_left_rad - angles.pan_right_rad) / 2);
   Gaze gaze;
