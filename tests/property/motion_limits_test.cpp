@@ -148,10 +148,13 @@ TEST(BrakePath, IsWhatTheBrakeLawDoes) {
         RC_ASSERT(walked.periods < path.periods + 2);
       }
       const double scale = std::max({1e-3 * c.limits.velocity_rad_per_s, -walked.lowest, walked.highest});
+      // From full acceleration at a low jerk the way may lead far beyond the limit of velocity.
+      const double fastest =
+          std::max({c.limits.velocity_rad_per_s, walked.greatest_speed, -walked.least_speed});
       RC_ASSERT(std::abs(path.lowest - walked.lowest) < 1e-11 * scale);
       RC_ASSERT(std::abs(path.highest - walked.highest) < 1e-11 * scale);
-      RC_ASSERT(std::abs(path.least_speed - walked.least_speed) < 1e-11 * c.limits.velocity_rad_per_s);
-      RC_ASSERT(std::abs(path.greatest_speed - walked.greatest_speed) < 1e-11 * c.limits.velocity_rad_per_s);
+      RC_ASSERT(std::abs(path.least_speed - walked.least_speed) < 1e-11 * fastest);
+      RC_ASSERT(std::abs(path.greatest_speed - walked.greatest_speed) < 1e-11 * fastest);
     }
   }));
 }
