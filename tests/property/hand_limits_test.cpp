@@ -82,7 +82,7 @@ TEST(HandLimits, HostileInputNeverBreaksALimit) {
   int reached_target = 0;
   ASSERT_TRUE(rc::check([&] {
     Random random(*rc::gen::arbitrary<std::uint64_t>());
-    for (int repeat = 0; repeat < 10; ++repeat) {
+    for (int repeat = 0; repeat < 5; ++repeat) {
       const Case c = any_case(random);
       RC_ASSERT(check(c.limits, c.period_s) == Status::kOk);
       Vector3 tool = c.tool_mm;

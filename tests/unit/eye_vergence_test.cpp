@@ -101,6 +101,8 @@ TEST(Gaze, ParallelAndDivergingEyesMeetNowhere) {
     EXPECT_GT(g.direction[2], 0);
     EXPECT_NEAR(g.direction[1] / g.direction[2], std::tan(0.1), 1e-14);
   }
+  // Lines that meet behind the eyes.
+  EXPECT_FALSE(gaze(EyeMount{}, {0, 2.0, 0.5}).point_mm.has_value());
   // Both 0.2 to the right: parallel, and the direction says so.
   EXPECT_NEAR(gaze(EyeMount{}, {0, -0.2, 0.2}).direction[0], std::sin(0.2), 1e-14);
 }
@@ -239,6 +241,22 @@ TEST(EyeVergence, FollowsALateralSineWithoutLag) {
   // for.
   EXPECT_LT(lateral_response(1.256, Knowledge::kNone).phase_deg, -1.5);
   EXPECT_LT(std::abs(lateral_response(1.256, Knowledge::kDifference).phase_deg), 0.2);
+}
+
+TEST(EyeVergence, AimsAtWhereASteadyTargetWillBe) {
+  EyeVergence controller = eyes(0.009);
+  const Vector3 velocity{300, 40, -60};
+  const auto target_at = [&velocity](double t) -> Vector3 { return Vector3(-200, 0, 350) + velocity * t; };
+  EyeAngles angles = *desired_eye_angles(EyeMount{}, target_at(0.009));
+  for (int frame = 0; frame < 40; ++frame) {
+    const double t = frame * kPeriod_s;
+    turn(angles, controller.step(target_at(t), velocity, angles), kPeriod_s);
+    if (frame < 5) continue;  // the motors start from rest
+    const EyeAngles goal = *desired_eye_angles(EyeMount{}, target_at(t + 0.009 + kPeriod_s));
+    EXPECT_NEAR(angles.tilt_rad, goal.tilt_rad, 3e-5) << frame;
+    EXPECT_NEAR(angles.pan_right_rad, goal.pan_right_rad, 3e-5) << frame;
+    EXPECT_NEAR(angles.pan_left_rad, goal.pan_left_rad, 3e-5) << frame;
+  }
 }
 
 TEST(EyeVergence, LooksAtATargetThatAppearsWithoutOvershoot) {
