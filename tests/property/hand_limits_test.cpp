@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "tests/support/bit_hash.hpp"
 #include "tests/support/random.hpp"
 
 namespace vergence {
@@ -123,7 +124,7 @@ TEST(HandLimits, HostileInputNeverBreaksALimit) {
   EXPECT_GT(reached_target, 100);
   std::printf(
       "beyond a wall %.2g mm, nearer than the least distance %.2g mm; at a wall %d, at the target %d of "
-      "1000\n",
+      "500\n",
       farthest_mm, -nearest_mm, reached_wall, reached_target);
 }
 
@@ -236,6 +237,31 @@ TEST(HandLimits, RefusesWhatIsNoLimit) {
   limits = kHand;
   limits.angular_acceleration_rad_per_s2 = std::nan("");
   EXPECT_EQ(check(limits, kPeriod_s), Status::kBadLimits);
+}
+
+// One number proves behaviour unchanged, on x86-64 and arm64.
+TEST(HandLimits, KeepsItsBits) {
+  Random random(42);
+  testing::BitHash hash;
+  Case c;
+  c.limits = kHand;
+  c.period_s = kPeriod_s;
+  c.target_mm = Vector3(30, -20, 450);
+  Vector3 tool{0, 0, 100};
+  Twist last;
+  for (int period = 0; period < 10000; ++period) {
+    const auto out = limit_twist(kHand, kPeriod_s, tool, last,
+                                 hostile(random, c, tool, last, period / 250 % 9), c.target_mm);
+    last = out.twist;
+    tool += last.linear_mm_per_s * kPeriod_s;
+    hash.add(out.flags);
+    for (int i = 0; i < 3; ++i) {
+      hash.add(tool[i]);
+      hash.add(last.angular_rad_per_s[i]);
+    }
+  }
+  EXPECT_EQ(hash.value(), 0xEE082D3D09F28C78ULL)
+      << "0x" << std::hex << std::uppercase << hash.value() << "ULL";
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "tests/support/bit_hash.hpp"
 #include "tests/support/random.hpp"
 
 namespace vergence {
@@ -339,31 +340,25 @@ TEST(MotionLimits, KeepsItsBits) {
   limiter.limits.fill(kElbow);
   ASSERT_EQ(limiter.check_limits(), Status::kOk);
   Random random(42);
-  std::uint64_t hash = 0xCBF29CE484222325ULL;
-  const auto add = [&hash](double value) {
-    const auto bits = std::bit_cast<std::uint64_t>(value);
-    for (int i = 0; i < 8; ++i) {
-      hash ^= (bits >> (8 * i)) & 0xFF;
-      hash *= 0x100000001B3ULL;
-    }
-  };
+  testing::BitHash hash;
   for (int period = 0; period < 5000; ++period) {
     std::array<double, 7> desired{};
     for (std::size_t i = 0; i < 7; ++i) {
       desired[i] =
           hostile(random, kElbow, limiter.last[i], period, (period / 100 + static_cast<int>(i)) % 10);
     }
-    for (const LimitFlags flags : limiter.limit(desired)) add(flags);
+    for (const LimitFlags flags : limiter.limit(desired)) hash.add(flags);
     for (const JointMotion& motion : limiter.last) {
-      add(motion.velocity_rad_per_s);
-      add(motion.acceleration_rad_per_s2);
-      add(motion.position_rad);
+      hash.add(motion.velocity_rad_per_s);
+      hash.add(motion.acceleration_rad_per_s2);
+      hash.add(motion.position_rad);
     }
   }
   int periods = 0;
   while (!limiter.brake()) ASSERT_LE(++periods, most_brake_periods(kElbow, 0.002));
-  add(periods);
-  EXPECT_EQ(hash, 0xA3A6B31E4BE79179ULL) << "0x" << std::hex << std::uppercase << hash << "ULL";
+  hash.add(periods);
+  EXPECT_EQ(hash.value(), 0xA3A6B31E4BE79179ULL)
+      << "0x" << std::hex << std::uppercase << hash.value() << "ULL";
 }
 
 }  // namespace
