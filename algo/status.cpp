@@ -15,6 +15,8 @@ const char* describe(Status status) {
     case Status::kBadSearchBox:
       return "the search box is empty, not finite or reaches outside the unit quaternions";
     case Status::kBadImage: return "the image has another size or format than the rig";
+    case Status::kBadLimits:
+      return "a limit of motion is not positive or not finite, its range is empty, or its jerk is too low";
   }
   return "unknown status";
 }

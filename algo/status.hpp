@@ -14,6 +14,7 @@ enum class Status : std::uint8_t {
   kNoHue,          // too few points of the photo have a hue
   kBadSearchBox,   // half range not positive, or not finite, or e outside the unit ball
   kBadImage,       // size or format of an image is not the rig's
+  kBadLimits,      // a limit of motion not positive or not finite, or a range empty
 };
 
 // What happened, in words, for people.

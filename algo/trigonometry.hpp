@@ -1,4 +1,5 @@
-// Sine and cosine with + - * only: libm's differ in the last bit between machines, and results must not.
+// Sine, cosine and arc tangent with + - * only: libm's differ in the last bit between machines, and results
+// must not.
 #pragma once
 
 namespace vergence {
@@ -10,5 +11,9 @@ struct SinCos {
 
 // Of an angle in radians, |angle| <= 100; absolute error below 1e-14.
 [[nodiscard]] SinCos sin_cos(double angle_rad);
+
+// Angle of the point (x, y) from the x axis, in (-pi, pi]; 0 for the origin. Absolute error
+// below 1e-14. x and y finite.
+[[nodiscard]] double arc_tangent2(double y, double x);
 
 }  // namespace vergence
