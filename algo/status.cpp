@@ -15,6 +15,10 @@ const char* describe(Status status) {
     case Status::kBadSearchBox:
       return "the search box is empty, not finite or reaches outside the unit quaternions";
     case Status::kBadImage: return "the image has another size or format than the rig";
+    case Status::kBadArm:
+      return "a joint count, link, joint limit or fixed transform of the arm is outside its range";
+    case Status::kBadNumber:
+      return "a pose, joint angle or velocity is not finite, or beyond what any arm does";
   }
   return "unknown status";
 }
