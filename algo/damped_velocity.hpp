@@ -11,7 +11,7 @@ struct Damping {
   double length_mm = 300;  // what a radian counts as much as: linear rows are divided by it
   // Singular values of J below this are damped. Joint speeds stay below |twist| / floor, in units of
   // length_mm.
-  double singular_value_floor = 0.05;
+  double singular_value_floor = 0.1;
 };
 
 // J with its linear rows divided by a length, the columns of joints that do not move set to zero, and what

@@ -5,9 +5,8 @@
 namespace vergence {
 namespace {
 
-// Convergence is quadratic. Of the worst of 2e5 random matrices 3e-11 is off the diagonal after six sweeps, 1e-19
-// after seven.
-// seven.
+// Convergence is quadratic. Of the worst of 2e5 random matrices 3e-11 is off the diagonal after six sweeps,
+// 1e-19 after seven.
 constexpr int kSweeps = 7;
 
 // The turn in the plane of p and q that makes A(p, q) vanish [Golub and Van Loan, 8.5.2].

@@ -60,7 +60,7 @@ TEST(IterativeInverse, ConvergesFromPerturbedStarts) {
   }
   EXPECT_GE(reached, kRuns * 998 / 1000);
   EXPECT_EQ(same, reached);
-  RecordProperty("reached", reached);
+  RecordProperty("reached_of_5000", reached);
   RecordProperty("longest", longest);
 }
 
@@ -77,7 +77,7 @@ TEST(IterativeInverse, ConvergesForArmsOfAnyMake) {
     if (solution.result == IkResult::kReached) ++reached;
   }
   EXPECT_GE(reached, kRuns * 99 / 100);
-  RecordProperty("reached", reached);
+  RecordProperty("reached_of_2000", reached);
 }
 
 TEST(IterativeInverse, LeavesASingularStart) {

@@ -36,8 +36,13 @@ JointVector start_angles() {
   return q;
 }
 
+struct Worst {
+  double position_mm = 0;
+  double rotation_rad = 0;
+};
+
 // Each solution puts the hand there, is told rightly to be within limits or not, and has S1 = 0.
-void expect_exact(const SerialArm& arm, const Pa10Inverse& inverse, const Transform& T) {
+void expect_exact(const SerialArm& arm, const Pa10Inverse& inverse, const Transform& T, Worst& worst) {
   ASSERT_EQ(inverse.reach, Pa10Reach::kReachable);
   ASSERT_GE(inverse.count, 2);
   for (int i = 0; i < inverse.count; ++i) {
@@ -45,6 +50,8 @@ void expect_exact(const SerialArm& arm, const Pa10Inverse& inverse, const Transf
     const Transform found = forward_kinematics(arm, q).T_W_H;
     ASSERT_LT(distance_mm(found, T), 1e-9) << i;
     ASSERT_LT(distance_rad(found, T), 1e-12) << i;
+    worst.position_mm = std::max(worst.position_mm, distance_mm(found, T));
+    worst.rotation_rad = std::max(worst.rotation_rad, distance_rad(found, T));
     ASSERT_EQ(q[0], 0);
     bool is_inside = true;
     for (int j = 0; j < 7; ++j) {
@@ -52,6 +59,11 @@ void expect_exact(const SerialArm& arm, const Pa10Inverse& inverse, const Transf
     }
     ASSERT_EQ(is_inside, is_within_limits);
   }
+}
+
+void record(const Worst& worst) {
+  ::testing::Test::RecordProperty("worst_fm", std::to_string(worst.position_mm * 1e12));
+  ::testing::Test::RecordProperty("worst_frad", std::to_string(worst.rotation_rad * 1e15));
 }
 
 double distance_to_nearest(const Pa10Inverse& inverse, const JointVector& q) {
@@ -67,15 +79,19 @@ double distance_to_nearest(const Pa10Inverse& inverse, const JointVector& q) {
 TEST(Pa10, EveryBranchIsExactAndTheOriginalIsAmongThem) {
   const SerialArm arm = pa10();
   RandomArm random(1);
+  Worst worst;
+  double worst_angle = 0;
   for (int n = 0; n < 100000; ++n) {
     const JointVector q = random.angles(arm);
     const ArmFrames frames = forward_kinematics(arm, q);
     const Pa10Inverse inverse = inverse_pa10(arm, frames.T_W_H, random.near(arm, q, 0.5));
-    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, frames.T_W_H)) << q.transpose();
+    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, frames.T_W_H, worst)) << q.transpose();
     ASSERT_EQ(inverse.count, 8);
     // Angles are as good as the pose allows: rounding over the smallest singular value.
     const double smallest = scale(arm, geometric_jacobian(arm, frames), arm.held, 300).smallest();
-    ASSERT_LT(distance_to_nearest(inverse, q) * smallest, 1e-13) << q.transpose();
+    const double angle = distance_to_nearest(inverse, q) * smallest;
+    worst_angle = std::max(worst_angle, angle);
+    ASSERT_LT(angle, 1e-13) << q.transpose();
     for (int i = 0; i < 8; ++i) {
       for (int j = 0; j < i; ++j) {  // and no two are one
         const JointVector apart = inverse.solutions[static_cast<std::size_t>(i)].q_rad -
@@ -84,18 +100,21 @@ TEST(Pa10, EveryBranchIsExactAndTheOriginalIsAmongThem) {
       }
     }
   }
+  record(worst);
+  RecordProperty("worst_angle_times_singular_value_frad", std::to_string(worst_angle * 1e15));
 }
 
 TEST(Pa10, TheThesisStartAndItsLateralRangeAreReachedWithMargin) {
   const SerialArm arm = pa10();
   JointVector q = start_angles();
+  Worst worst;
   for (int y = 0; y <= 3000; ++y) {
     // 0, +300, -300, 0 mm: twice the range of the lateral experiments, in steps of at most 0.6 mm.
     const double phase = 2 * kPi * y / 3000;
     Transform T = start_pose();
     T.t_mm[1] = 300 * std::sin(phase);
     const Pa10Inverse inverse = inverse_pa10(arm, T, q);
-    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, T));
+    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, T, worst));
     const auto next = nearest_solution(arm, inverse, q);
     ASSERT_TRUE(next.has_value());
     if (y > 0) {
@@ -125,6 +144,7 @@ TEST(Pa10, SingularPosesAreAnsweredWhereTheArmIs) {
   const SerialArm arm = pa10();
   RandomArm random(2);
   int singular = 0;
+  Worst worst;
   for (int n = 0; n < 40000; ++n) {
     JointVector q = random.angles(arm);
     const int power = n / 8 % 60;
@@ -134,7 +154,7 @@ TEST(Pa10, SingularPosesAreAnsweredWhereTheArmIs) {
     if ((n & 4) != 0) q[2] = (random.between(-1, 1) < 0 ? -kPi / 2 : kPi / 2) + tiny();
     const Transform T = forward_kinematics(arm, q).T_W_H;
     const Pa10Inverse inverse = inverse_pa10(arm, T, q);
-    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, T)) << q.transpose();
+    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, T, worst)) << q.transpose();
     if (power != 0) continue;
     if (inverse.is_elbow_singular || inverse.is_wrist_singular) ++singular;
     if ((n & 1) != 0) {
@@ -150,6 +170,7 @@ TEST(Pa10, SingularPosesAreAnsweredWhereTheArmIs) {
     ASSERT_LT(distance_to_nearest(inverse, q), 1e-7) << q.transpose();
   }
   EXPECT_GT(singular, 300);
+  record(worst);
 }
 
 TEST(Pa10, AnAlignedWristSharesTheTurn) {
@@ -172,6 +193,7 @@ TEST(Pa10, AWristOnTheShouldersAxisLeavesS2WhereItWas) {
   for (JointLimits& limits : arm.limits)
     limits = {-7, 7, 1, 1, 1};  // past the maker's, where E1 folds enough
   RandomArm random(3);
+  Worst worst;
   for (int n = 0; n < 2000; ++n) {
     JointVector q = random.angles(arm);
     q[3] = std::acos(-450.0 / 480.0);
@@ -179,7 +201,7 @@ TEST(Pa10, AWristOnTheShouldersAxisLeavesS2WhereItWas) {
     if (n % 3 != 0) q[3] += std::ldexp(random.between(-1, 1), -n % 61);
     const Transform T = forward_kinematics(arm, q).T_W_H;
     const Pa10Inverse inverse = inverse_pa10(arm, T, q);
-    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, T)) << n;
+    ASSERT_NO_FATAL_FAILURE(expect_exact(arm, inverse, T, worst)) << n;
     if (n % 3 != 0) continue;
     ASSERT_TRUE(inverse.is_shoulder_singular || inverse.count == 8);
     if (inverse.is_shoulder_singular) {
