@@ -1,4 +1,4 @@
-// Every static size of the vision core, in one place: the pipeline owns arrays of exactly these
+// Every static size of the core, in one place: the pipeline owns arrays of exactly these
 // lengths and never allocates.
 #pragma once
 
@@ -20,5 +20,9 @@ inline constexpr int kMaxPhotoPoints = 4096;   // points of a photo-model, S_in 
 inline constexpr int kMaxRefinePoints = 1024;  // points of S_in that refinement reads
 inline constexpr int kMaxReliefPoints = 1024;  // points of a photo-model whose depth is learned
 inline constexpr int kReliefNeighbours = 4;    // that a point's depth is tied to
+
+inline constexpr int kMaxJoints = 7;           // joints of the arm
+inline constexpr int kMaxArmSolutions = 8;     // joint vectors of one hand pose
+inline constexpr int kMaxIkIterations = 1000;  // of iterative inverse kinematics
 
 }  // namespace vergence

@@ -8,17 +8,10 @@
 #include <cstdint>
 
 #include "algo/brake_profile.hpp"
+#include "algo/joint_limits.hpp"
 #include "algo/status.hpp"
 
 namespace vergence {
-
-struct JointLimits {
-  double min_rad = 0;
-  double max_rad = 0;
-  double velocity_rad_per_s = 0;
-  double acceleration_rad_per_s2 = 0;
-  double jerk_rad_per_s3 = 0;
-};
 
 // Which limits bit, for telemetry. Bits of LimitFlags.
 enum LimitFlag : std::uint32_t {

@@ -17,6 +17,10 @@ const char* describe(Status status) {
     case Status::kBadImage: return "the image has another size or format than the rig";
     case Status::kBadLimits:
       return "a limit of motion is not positive or not finite, its range is empty, or its jerk is too low";
+    case Status::kBadArm:
+      return "a joint count, link, joint limit or fixed transform of the arm is outside its range";
+    case Status::kBadNumber:
+      return "a pose, joint angle or velocity is not finite, or beyond what any arm does";
   }
   return "unknown status";
 }

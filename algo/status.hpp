@@ -15,6 +15,8 @@ enum class Status : std::uint8_t {
   kBadSearchBox,   // half range not positive, or not finite, or e outside the unit ball
   kBadImage,       // size or format of an image is not the rig's
   kBadLimits,      // a limit of motion not positive or not finite, or a range empty
+  kBadArm,         // joint count, link, joint limit or fixed transform of the arm outside its range
+  kBadNumber,      // a pose, joint angle or velocity not finite, or beyond what any arm does
 };
 
 // What happened, in words, for people.

@@ -1,9 +1,12 @@
-// Whole frames of the tracker, found, followed, lost and searched for, without one call of the allocator.
+// Whole frames of the tracker, found, followed, lost and searched for, and the arm's kinematics, without one
+// call of the allocator.
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <vector>
 
+#include "algo/iterative_inverse.hpp"
+#include "algo/pa10.hpp"
 #include "tests/noheap/heap_counter.hpp"
 #include "tests/support/small_world.hpp"
 
@@ -35,6 +38,28 @@ TEST(NoHeap, FramesOfTheTrackerDoNotAllocate) {
       EXPECT_EQ(counter.calls(), 0);
     }
   }
+}
+
+TEST(NoHeap, KinematicsOfTheArmDoNotAllocate) {
+  const SerialArm arm = pa10();
+  JointVector q;
+  q << 0, 0.5, 0.1, 1.6, 0.1, -0.5, 0;
+  Vector6 twist;
+  twist << 10, 20, 30, 0.1, 0.2, 0.3;
+  const HeapCounter counter;
+  const ArmFrames frames = forward_kinematics(arm, q);
+  const VelocityStep step = damped_joint_velocity(arm, geometric_jacobian(arm, frames), twist);
+  const Pa10Inverse inverse = inverse_pa10(arm, frames.T_W_H, q);
+  const bool is_found = nearest_solution(arm, inverse, q).has_value();
+  const IkSolution reached = solve_ik_damped(arm, frames.T_W_H, JointVector(q * 1.2));
+  Transform far = frames.T_W_H;
+  far.t_mm *= 10;
+  const IkSolution unreached = solve_ik_damped(arm, far, q);
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_EQ(step.status, Status::kOk);
+  EXPECT_TRUE(is_found);
+  EXPECT_EQ(reached.result, IkResult::kReached);
+  EXPECT_EQ(unreached.result, IkResult::kUnreachable);
 }
 
 }  // namespace
