@@ -162,24 +162,18 @@ void relief_legend(cv::Mat image, const ReliefScale& scale) {
 
 }  // namespace
 
-RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const FrameResult& result,
-                      const RgbImage& left, const RgbImage& right) {
+RgbImage draw_overlay(const Overlay& overlay, const RgbImage& left, const RgbImage& right) {
   RgbImage sheet(left.width_px + right.width_px, std::max(left.height_px, right.height_px));
   cv::Mat canvas = wrap(sheet);
-  RgbImage eyes[2] = {left, right};
-  const FrameMotion motion = dataset.motion_of(result.frame);
-  CameraModel cameras[2] = {dataset.rig.left, dataset.rig.right};
-  cameras[0].T_H_C = motion.T_H_CL;
-  cameras[1].T_H_C = motion.T_H_CR;
-  const Estimate& estimate = result.estimate;
+  std::array<RgbImage, 2> eyes = {left, right};
   int x = 0;
-  for (int eye = 0; eye < 2; ++eye) {
+  for (std::size_t eye = 0; eye < 2; ++eye) {
     cv::Mat part = canvas(cv::Rect(x, 0, eyes[eye].width_px, eyes[eye].height_px));
     wrap(eyes[eye]).copyTo(part);
     x += eyes[eye].width_px;
-    EyePainter painter(part, cameras[eye], to_transform(estimate.pose));
-    if (dataset.target.kind == TargetKind::kPhoto) {
-      const PhotoModel& model = estimator.photo_model();
+    EyePainter painter(part, overlay.cameras[eye], to_transform(overlay.T_H_M));
+    if (overlay.photo_model != nullptr) {
+      const PhotoModel& model = *overlay.photo_model;
       const ReliefScale relief = relief_of(model);
       if (!relief.is_flat() && eye == 0) relief_legend(part, relief);
       for (int i = 0; i < std::min(model.inner, kPointsShown); ++i) {
@@ -191,23 +185,46 @@ RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const 
       }
       painter.hull(model, kEstimate);
     } else {
-      for (const Ball& ball : dataset.target.balls) painter.dot(ball.centre_mm, kWhite);
+      for (const Ball& ball : overlay.target.balls) painter.dot(ball.centre_mm, kWhite);
     }
-    painter.axes(axis_length_mm(dataset.target));
-    outline(painter, dataset.target, kEstimate, 2);
+    painter.axes(axis_length_mm(overlay.target));
+    outline(painter, overlay.target, kEstimate, 2);
     // On top and thin, so that both are seen where they agree.
-    if (const auto truth = dataset.truth.find(result.frame); truth != dataset.truth.end()) {
-      EyePainter true_painter(part, cameras[eye], to_transform(truth->second.T_H_M));
-      outline(true_painter, dataset.target, kWhite, 1);
+    if (overlay.true_T_H_M) {
+      EyePainter true_painter(part, overlay.cameras[eye], to_transform(*overlay.true_T_H_M));
+      outline(true_painter, overlay.target, kWhite, 1);
     }
   }
-  char text[200];
-  std::snprintf(text, sizeof text, "frame %d  %s  confidence %.2f  x %.1f y %.1f z %.1f mm  e %.3f %.3f %.3f",
-                result.frame, to_string(estimate.state), estimate.confidence, estimate.pose.position_mm[0],
-                estimate.pose.position_mm[1], estimate.pose.position_mm[2], estimate.pose.e[0],
-                estimate.pose.e[1], estimate.pose.e[2]);
-  label(canvas, text);
+  label(canvas, overlay.text);
   return sheet;
+}
+
+RgbImage draw_overlay(const Dataset& dataset, const Estimator& estimator, const FrameResult& result,
+                      const RgbImage& left, const RgbImage& right) {
+  const FrameMotion motion = dataset.motion_of(result.frame);
+  const bool is_photo = dataset.target.kind == TargetKind::kPhoto;
+  Overlay overlay{dataset.target,
+                  is_photo ? &estimator.photo_model() : nullptr,
+                  {dataset.rig.left, dataset.rig.right},
+                  result.estimate.pose,
+                  std::nullopt,
+                  overlay_text(static_cast<std::uint64_t>(result.frame), result.estimate)};
+  overlay.cameras[0].T_H_C = motion.T_H_CL;
+  overlay.cameras[1].T_H_C = motion.T_H_CR;
+  if (const auto truth = dataset.truth.find(result.frame); truth != dataset.truth.end()) {
+    overlay.true_T_H_M = truth->second.T_H_M;
+  }
+  return draw_overlay(overlay, left, right);
+}
+
+std::string overlay_text(std::uint64_t frame, const Estimate& estimate) {
+  const Pose& pose = estimate.pose;
+  char text[200];
+  std::snprintf(
+      text, sizeof text, "frame %llu  %s  confidence %.2f  x %.1f y %.1f z %.1f mm  e %.3f %.3f %.3f",
+      static_cast<unsigned long long>(frame), to_string(estimate.state), estimate.confidence,
+      pose.position_mm[0], pose.position_mm[1], pose.position_mm[2], pose.e[0], pose.e[1], pose.e[2]);
+  return text;
 }
 
 RgbImage draw_photo_model(const RgbImage& photo, const PhotoSource& source, const PhotoModel& model) {

@@ -57,14 +57,19 @@ TomlReader TomlReader::from_file(const std::filesystem::path& file, const std::s
   std::stringstream text;
   text << in.rdbuf();
   if (!in) throw InputError(file, "", "cannot be read");
+  return from_text(file, text.str(), patch);
+}
+
+TomlReader TomlReader::from_text(const std::filesystem::path& name, const std::string& text,
+                                 const std::string& patch) {
   try {
-    auto parsed = std::make_shared<toml::table>(toml::parse(text.str()));
-    if (!patch.empty()) merge(*parsed, parse_patch(file, patch));
+    auto parsed = std::make_shared<toml::table>(toml::parse(text));
+    if (!patch.empty()) merge(*parsed, parse_patch(name, patch));
     std::shared_ptr<const toml::table> root = std::move(parsed);
     const toml::table* table = root.get();
-    return {file, "", std::move(root), table};
+    return {name, "", std::move(root), table};
   } catch (const toml::parse_error& error) {
-    throw InputError(file, "line " + std::to_string(error.source().begin.line),
+    throw InputError(name, "line " + std::to_string(error.source().begin.line),
                      std::string(error.description()), "not valid TOML");
   }
 }

@@ -32,6 +32,9 @@ class TomlReader {
   // Reads and parses a file. `patch` is TOML as well: what it says stands in place of what the file says,
   // table by table and key by key.
   static TomlReader from_file(const std::filesystem::path& file, const std::string& patch = "");
+  // The same of a text; `name` stands for the file in complaints.
+  static TomlReader from_text(const std::filesystem::path& name, const std::string& text,
+                              const std::string& patch = "");
 
   [[nodiscard]] bool has(std::string_view key) const;
 

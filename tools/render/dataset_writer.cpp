@@ -64,32 +64,6 @@ std::string rig_text(const StereoRig& rig) {
          side("right", rig.right);
 }
 
-void write_model(const Scene& scene, const std::filesystem::path& directory) {
-  std::string text = "# " + scene.target.name + "\n";
-  if (scene.target.kind == TargetKind::kMarker) {
-    text += "kind = \"marker\"\n";
-    for (const Ball& ball : scene.target.balls) {
-      text += "\n[[ball]]\ncentre_mm = " + listed(ball.centre_mm) +
-              "\nradius_mm = " + number(ball.radius_mm) + "\nhue_deg = " + number(ball.hue_deg) +
-              "\ntolerance_deg = " + number(ball.tolerance_deg) + "\n";
-    }
-  } else {
-    const ModelPhoto photo = take_model_photo(scene);
-    tools::write_png(directory / "photo.png", photo.photo);
-    tools::write_png(directory / "background.png", photo.background);
-    const Rectangle& roi = scene.target.roi;
-    text += "kind = \"photo\"\n\n[photo]\nimage = \"photo.png\"\nbackground = \"background.png\"\nroi = [" +
-            std::to_string(roi.x) + ", " + std::to_string(roi.y) + ", " + std::to_string(roi.width) + ", " +
-            std::to_string(roi.height) + "]\ndistance_mm = " + number(scene.photo.distance_mm) + "\n";
-    if (scene.photo.mask) {
-      tools::write_png(directory / "mask.png", photo.mask);
-      text += "mask = \"mask.png\"\n";
-    }
-    text += "\n[camera]\n" + intrinsics(scene.photo.camera);
-  }
-  write_text(directory / "model.toml", text);
-}
-
 std::string pose_fields(const Pose& pose) {
   std::string text;
   for (int i = 0; i < 3; ++i) text.append(",").append(number(pose.position_mm[i]));
@@ -118,6 +92,32 @@ void write_tables(const Scene& scene, const std::filesystem::path& directory, in
 }
 
 }  // namespace
+
+void write_model(const Scene& scene, const std::filesystem::path& directory) {
+  std::string text = "# " + scene.target.name + "\n";
+  if (scene.target.kind == TargetKind::kMarker) {
+    text += "kind = \"marker\"\n";
+    for (const Ball& ball : scene.target.balls) {
+      text += "\n[[ball]]\ncentre_mm = " + listed(ball.centre_mm) +
+              "\nradius_mm = " + number(ball.radius_mm) + "\nhue_deg = " + number(ball.hue_deg) +
+              "\ntolerance_deg = " + number(ball.tolerance_deg) + "\n";
+    }
+  } else {
+    const ModelPhoto photo = take_model_photo(scene);
+    tools::write_png(directory / "photo.png", photo.photo);
+    tools::write_png(directory / "background.png", photo.background);
+    const Rectangle& roi = scene.target.roi;
+    text += "kind = \"photo\"\n\n[photo]\nimage = \"photo.png\"\nbackground = \"background.png\"\nroi = [" +
+            std::to_string(roi.x) + ", " + std::to_string(roi.y) + ", " + std::to_string(roi.width) + ", " +
+            std::to_string(roi.height) + "]\ndistance_mm = " + number(scene.photo.distance_mm) + "\n";
+    if (scene.photo.mask) {
+      tools::write_png(directory / "mask.png", photo.mask);
+      text += "mask = \"mask.png\"\n";
+    }
+    text += "\n[camera]\n" + intrinsics(scene.photo.camera);
+  }
+  write_text(directory / "model.toml", text);
+}
 
 void write_dataset(const Scene& scene, const std::filesystem::path& directory, int frames, int threads,
                    const std::function<void()>& written) {

@@ -14,4 +14,7 @@ namespace vergence::render {
 void write_dataset(const Scene& scene, const std::filesystem::path& directory, int frames, int threads,
                    const std::function<void()>& written);
 
+// The target's model alone, as in a data set's model/: model.toml and, of a photo-model, its photos.
+void write_model(const Scene& scene, const std::filesystem::path& directory);
+
 }  // namespace vergence::render

@@ -108,6 +108,9 @@ struct SceneState {
 
 // Throws InputError naming file, line and key.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides = {});
+// The same of a text; `name` stands for the file in complaints.
+[[nodiscard]] Scene load_scene_text(const std::filesystem::path& name, const std::string& text,
+                                    const SceneOverrides& overrides = {});
 
 [[nodiscard]] SceneState state_at(const Scene& scene, double t_s);
 

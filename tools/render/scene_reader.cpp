@@ -225,14 +225,11 @@ std::function<bool(const Pose&)> seen_by_both(const StereoRig& rig, const EyeAng
   };
 }
 
-}  // namespace
-
-Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides) {
-  const TomlReader root = TomlReader::from_file(file, overrides.patch);
+Scene scene_from(const TomlReader& root, const SceneOverrides& overrides) {
   root.allow_only({"image", "rig", "target", "motion", "hand", "background", "light", "camera", "water",
                    "occluder", "model", "search", "seed"});
   Scene scene;
-  scene.file = file;
+  scene.file = root.file();
   scene.seed = overrides.seed.value_or(static_cast<std::uint64_t>(root.integer_or("seed", 1, 0, 1 << 30)));
   scene.rig = read_rig(root, overrides.scale, scene.eyes, scene.eyes_on_target);
   const TomlReader image = root.table_or_empty("image");
@@ -286,6 +283,17 @@ Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overri
   scene.right_rays = pixel_rays(scene.rig.right);
   scene.backdrop = std::make_shared<Backdrop>(scene.backdrop_options);
   return scene;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides) {
+  return scene_from(TomlReader::from_file(file, overrides.patch), overrides);
+}
+
+Scene load_scene_text(const std::filesystem::path& name, const std::string& text,
+                      const SceneOverrides& overrides) {
+  return scene_from(TomlReader::from_text(name, text, overrides.patch), overrides);
 }
 
 }  // namespace vergence::render

@@ -1,0 +1,113 @@
+#include "firmware_like/hand_task.hpp"
+
+#include <cmath>
+
+namespace vergence {
+namespace {
+
+Twist of_point(const Twist& origin, const Vector3& arm_mm) {
+  return {origin.linear_mm_per_s + origin.angular_rad_per_s.cross(arm_mm), origin.angular_rad_per_s};
+}
+
+Twist to_twist(const Vector6& v) {
+  return {v.head<3>(), v.tail<3>()};
+}
+
+}  // namespace
+
+Status HandTask::configure(const RobotConfig& config, double period_s) {
+  *this = {};
+  arm_ = config.arm;
+  gains_ = config.gains;
+  joint_gain_per_s_ = config.joint_gain_per_s;
+  damping_ = config.damping;
+  hand_limits_ = config.hand_limits;
+  tool_mm_ = config.tool_mm;
+  relation_ = config.relation;
+  drive_lag_ns_ = config.drive_lag_ns;
+  following_error_rad_ = config.following_error_rad;
+  period_s_ = period_s;
+  lag_share_ = period_s / (period_s + static_cast<double>(config.drive_lag_ns) * 1e-9);
+  limiter_.limits = arm_.limits;
+  limiter_.period_s = period_s;
+  // Joints the arm does not have never move; any limits do for them.
+  for (std::size_t i = static_cast<std::size_t>(arm_.joints); i < kMaxJoints; ++i) {
+    limiter_.limits[i] = limiter_.limits[0];
+  }
+  if (const Status status = validate(arm_); status != Status::kOk) return status;
+  if (const Status status = check(hand_limits_, period_s); status != Status::kOk) return status;
+  const bool sensible = joint_gain_per_s_ >= 0 && joint_gain_per_s_ * period_s < 1 &&
+                        following_error_rad_ > 0 && std::isfinite(following_error_rad_) &&
+                        tool_mm_.allFinite() && is_sensible(damping_) && config.drive_lag_ns >= 0;
+  return sensible ? limiter_.check_limits() : Status::kBadLimits;
+}
+
+Twist HandTask::desired_twist(const HandPeriod& period, const TargetState& target, const TargetState& ahead) {
+  const HandError error = hand_error(period.T_W_H, period.hand, target, relation_);
+  // The drives take their time to follow, so the velocity is that of the target by then.
+  return hand_twist(gains_, error, desired_hand_velocity(ahead, relation_));
+}
+
+HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::optional<TargetState>& target,
+                          const std::optional<TargetState>& ahead) {
+  HandPeriod period;
+  const JointVector q(feedback.position_rad.data());
+  const ArmFrames frames = forward_kinematics(arm_, q);
+  const ArmJacobian J = geometric_jacobian(arm_, frames);
+  period.T_W_H = frames.T_W_H;
+
+  if (feedback.state != ArmState::kEnabled) {
+    // Drives that do not follow: be ready to start from where they are.
+    engaged_ = false;
+    expected_rad_ = q;
+    expected_rad_per_s_.setZero();
+    tool_twist_ = {};
+    for (std::size_t i = 0; i < kMaxJoints; ++i) limiter_.last[i] = {feedback.position_rad[i], 0, 0, 0};
+    period.at_rest = true;
+    return period;
+  }
+  engaged_ = true;
+  period.hand = to_twist(J * expected_rad_per_s_);
+  const JointVector deviation = expected_rad_ - q;
+  period.following_error = !(deviation.cwiseAbs().maxCoeff() <= following_error_rad_);
+
+  if (mode == Mode::kSafeStop || !is_armed(mode)) {
+    period.at_rest = limiter_.brake();
+    tool_twist_ = {};
+  } else {
+    Twist desired;
+    std::optional<Vector3> target_mm;
+    if (target && ahead) {
+      desired = desired_twist(period, *target, *ahead);
+      target_mm = target->T_W_M.t_mm;
+      period.T_W_Hd = target->T_W_M * relation_.T_Ed_M.inverse();
+    }
+    const Vector3 arm_mm = frames.T_W_H.R * tool_mm_;
+    const LimitedTwist limited = limit_twist(hand_limits_, period_s_, frames.T_W_H.t_mm + arm_mm, tool_twist_,
+                                             of_point(desired, arm_mm), target_mm);
+    tool_twist_ = limited.twist;
+    period.hand_flags = limited.flags;
+    const Twist twist = of_point(limited.twist, -arm_mm);
+    // [3.31]. q_d is the integral of what was sent, as the drives should have followed it by now: the inverse
+    // kinematics of the integrated pose [3.30] without a branch to choose.
+    const JointServo servo = joint_velocity(arm_, J, twist, expected_rad_, q, joint_gain_per_s_, damping_);
+    period.smallest_singular_value = servo.smallest_singular_value;
+    std::array<double, kMaxJoints> wanted{};
+    for (int i = 0; i < arm_.joints; ++i) wanted[static_cast<std::size_t>(i)] = servo.velocity_rad_per_s[i];
+    for (const LimitFlags flags : limiter_.limit(wanted)) period.joint_flags |= flags;
+    period.at_rest = true;
+    for (const JointMotion& joint : limiter_.last) {
+      period.at_rest = period.at_rest && std::abs(joint.velocity_rad_per_s) < 1e-3;
+    }
+  }
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    const double sent = limiter_.last[i].velocity_rad_per_s;
+    period.velocity_rad_per_s[i] = sent;
+    const auto k = static_cast<Eigen::Index>(i);
+    expected_rad_per_s_[k] += lag_share_ * (sent - expected_rad_per_s_[k]);
+    expected_rad_[k] += period_s_ * expected_rad_per_s_[k];
+  }
+  return period;
+}
+
+}  // namespace vergence
