@@ -3,7 +3,7 @@
 
 namespace vergence::plant {
 
-// exp(-x) for x >= 0, to 1e-13 of it; exactly 1 at zero.
+// exp(-x) for x >= 0, to 1e-12 of it; exactly 1 at zero.
 [[nodiscard]] constexpr double decay(double x) {
   if (x > 700) return 0;
   int halvings = 0;
