@@ -23,11 +23,11 @@ struct PanTiltFeedback {
 
 // None of these waits. Rates in steps a second hold until the next command; disabling stops the pulses.
 template <typename T>
-concept PanTilt =
-    requires(T& eyes, PanTiltFeedback& feedback, const std::array<double, kPanTiltMotors>& rate, bool on) {
-      { eyes.read(feedback) } -> std::same_as<bool>;
-      { eyes.command(rate) } -> std::same_as<void>;
-      { eyes.enable(on) } -> std::same_as<void>;
-    };
+concept PanTilt = requires(T& eyes, PanTiltFeedback& feedback, const std::array<double, kPanTiltMotors>& rate,
+                           bool on) {
+  { eyes.read(feedback) } -> std::same_as<bool>;
+  { eyes.command(rate) } -> std::same_as<void>;
+  { eyes.enable(on) } -> std::same_as<void>;
+};
 
 }  // namespace vergence
