@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-TEST(ArmServoProperty, KeepsItsLimitsWhateverIsCommanded) {
+TEST(PlantArmServoProperty, KeepsItsLimitsWhateverIsCommanded) {
   testing::Random random(1);
   int at_velocity_limit = 0;
   int at_acceleration_limit = 0;
@@ -69,7 +69,7 @@ TEST(ArmServoProperty, KeepsItsLimitsWhateverIsCommanded) {
   EXPECT_GT(at_end, 10);
 }
 
-TEST(StepperProperty, IssuesTheIntegralOfItsRate) {
+TEST(PlantStepperProperty, IssuesTheIntegralOfItsRate) {
   testing::Random random(2);
   for (int run = 0; run < 50; ++run) {
     Stepper motor(StepperOptions{});
@@ -85,7 +85,7 @@ TEST(StepperProperty, IssuesTheIntegralOfItsRate) {
 }
 
 // Accelerations to four fifths of the least of the curve, rates up to pull-out.
-TEST(StepperProperty, RotorKeepsUpWithAnyMotionUnderTheCurve) {
+TEST(PlantStepperProperty, RotorKeepsUpWithAnyMotionUnderTheCurve) {
   testing::Random random(3);
   const StepperOptions options;
   double top_rate = 0;

@@ -41,7 +41,7 @@ JointArray all(double value) {
   return joints;
 }
 
-TEST(Decay, IsTheExponential) {
+TEST(PlantDecay, IsTheExponential) {
   EXPECT_EQ(decay(0), 1);
   for (const double x : {1e-9, 0.01, 0.2, 0.25, 0.26, 1.0, 3.7, 20.0, 100.0, 600.0}) {
     EXPECT_NEAR(decay(x) / std::exp(-x), 1, 1e-12) << x;
@@ -49,7 +49,7 @@ TEST(Decay, IsTheExponential) {
   EXPECT_EQ(decay(1e300), 0);
 }
 
-TEST(ArmServo, AnswersAStepAsAFirstOrderLag) {
+TEST(PlantArmServo, AnswersAStepAsAFirstOrderLag) {
   ArmServo servo = enabled(strong());
   servo.command(all(0.8));
   const double tau = 0.020;
@@ -61,7 +61,7 @@ TEST(ArmServo, AnswersAStepAsAFirstOrderLag) {
   }
 }
 
-TEST(ArmServo, AnswersABigStepByItsAccelerationFirst) {
+TEST(PlantArmServo, AnswersABigStepByItsAccelerationFirst) {
   ArmServoOptions options = strong();
   options.drive[0].acceleration_rad_per_s2 = 10;
   ArmServo servo = enabled(options);
@@ -75,7 +75,7 @@ TEST(ArmServo, AnswersABigStepByItsAccelerationFirst) {
   EXPECT_NEAR(servo.true_velocity_rad_per_s()[0], 1 - 0.2 * std::exp(-1.0), 1e-12);
 }
 
-TEST(ArmServo, DoesNotDependOnTheStep) {
+TEST(PlantArmServo, DoesNotDependOnTheStep) {
   for (const double acceleration : {1e4, 10.0}) {
     ArmServoOptions options = strong();
     options.enable_delay_ns = 3 * kMs + 700;
@@ -108,7 +108,7 @@ TEST(ArmServo, DoesNotDependOnTheStep) {
   }
 }
 
-TEST(ArmServo, StopsAtTheHardStopAndSaysSo) {
+TEST(PlantArmServo, StopsAtTheHardStopAndSaysSo) {
   ArmServoOptions options = strong();
   options.drive[1].max_rad = 0.1;
   ArmServo servo = enabled(options);
@@ -125,7 +125,7 @@ TEST(ArmServo, StopsAtTheHardStopAndSaysSo) {
   EXPECT_LT(servo.true_position_rad()[1], 0.07);
 }
 
-TEST(ArmServo, EnablesAfterItsDelayAndHolds) {
+TEST(PlantArmServo, EnablesAfterItsDelayAndHolds) {
   ArmServoOptions options = strong();
   options.enable_delay_ns = 5 * kMs;
   ArmServo servo(options);
@@ -142,7 +142,7 @@ TEST(ArmServo, EnablesAfterItsDelayAndHolds) {
   EXPECT_EQ(servo.true_position_rad(), JointArray{});  // commands before it was enabled do not count
 }
 
-TEST(ArmServo, BrakesAtItsQuickStopDeceleration) {
+TEST(PlantArmServo, BrakesAtItsQuickStopDeceleration) {
   ArmServoOptions options = strong();
   for (JointDrive& drive : options.drive) drive.quick_stop_rad_per_s2 = 8;
   ArmServo servo = enabled(options);
@@ -163,7 +163,7 @@ TEST(ArmServo, BrakesAtItsQuickStopDeceleration) {
   EXPECT_EQ(servo.true_velocity_rad_per_s()[0], 0);  // what was commanded before is forgotten
 }
 
-TEST(ArmServo, WatchdogStopsAnArmThatHearsNothing) {
+TEST(PlantArmServo, WatchdogStopsAnArmThatHearsNothing) {
   ArmServoOptions options = strong();
   options.watchdog_periods = 10;
   ArmServo servo = enabled(options);
@@ -179,7 +179,7 @@ TEST(ArmServo, WatchdogStopsAnArmThatHearsNothing) {
   EXPECT_EQ(servo.true_velocity_rad_per_s()[0], 0);
 }
 
-TEST(ArmServo, LoopTakesAShoveBack) {
+TEST(PlantArmServo, LoopTakesAShoveBack) {
   ArmServo servo = enabled(strong());
   servo.command(all(0.2));
   servo.advance(500 * kMs);
@@ -192,7 +192,7 @@ TEST(ArmServo, LoopTakesAShoveBack) {
   EXPECT_NEAR(servo.true_velocity_rad_per_s()[4], 0.2 + 5 * 0.020, 1e-9);
 }
 
-TEST(ArmServo, ReportsAFaultUntilItIsReset) {
+TEST(PlantArmServo, ReportsAFaultUntilItIsReset) {
   ArmServo servo = enabled(strong());
   servo.command(all(1));
   servo.advance(50 * kMs);
@@ -209,7 +209,7 @@ TEST(ArmServo, ReportsAFaultUntilItIsReset) {
   EXPECT_EQ(servo.feedback(7).fault, 0U);
 }
 
-TEST(ArmServo, DrivesOfAnArmOutdoItsLimits) {
+TEST(PlantArmServo, DrivesOfAnArmOutdoItsLimits) {
   const SerialArm arm = pa10();
   const ArmServoOptions options = servo_of(arm);
   EXPECT_EQ(options.joints, arm.joints);
@@ -221,7 +221,7 @@ TEST(ArmServo, DrivesOfAnArmOutdoItsLimits) {
   }
 }
 
-TEST(ArmServo, RefusesOptionsThatMakeNoSense) {
+TEST(PlantArmServo, RefusesOptionsThatMakeNoSense) {
   ArmServoOptions options;
   options.drive[2].time_constant_s = 0;
   EXPECT_THROW(ArmServo{options}, std::invalid_argument);
@@ -254,7 +254,7 @@ double lost_by_ramp(double top_steps_per_s, double acceleration_steps_per_s2) {
   return most;
 }
 
-TEST(Stepper, LosesNothingUnderItsTorqueCurve) {
+TEST(PlantStepper, LosesNothingUnderItsTorqueCurve) {
   EXPECT_EQ(lost_by_ramp(3000, 240e3), 0);
   EXPECT_EQ(lost_by_ramp(15e3, 140e3), 0);
   EXPECT_EQ(lost_by_ramp(29e3, 48e3), 0);
@@ -262,14 +262,14 @@ TEST(Stepper, LosesNothingUnderItsTorqueCurve) {
   EXPECT_EQ(lost_by_ramp(3600, 1e9), 0);
 }
 
-TEST(Stepper, LosesWholeCyclesAboveIt) {
+TEST(PlantStepper, LosesWholeCyclesAboveIt) {
   EXPECT_GE(lost_by_ramp(29e3, 300e3), 64);
   EXPECT_GE(lost_by_ramp(29e3, 1e9), 64);
   EXPECT_GE(lost_by_ramp(4200, 1e9), 64);
   EXPECT_GE(lost_by_ramp(31e3, 40e3), 64);  // beyond pull-out
 }
 
-TEST(Stepper, StallsAboveThePullOutRate) {
+TEST(PlantStepper, StallsAboveThePullOutRate) {
   const StepperOptions options;
   Stepper motor(options);
   for (int ms = 0; ms < 500; ++ms) motor.advance(40e3, 1e-3);
@@ -277,7 +277,7 @@ TEST(Stepper, StallsAboveThePullOutRate) {
   EXPECT_NEAR(motor.true_rad() * options.steps_per_rad, 0, 1.0);
 }
 
-TEST(Stepper, ShortOverloadIsCaughtUp) {
+TEST(PlantStepper, ShortOverloadIsCaughtUp) {
   const StepperOptions options;
   Stepper motor(options);
   motor.advance(3000, 1e-3);
@@ -287,7 +287,7 @@ TEST(Stepper, ShortOverloadIsCaughtUp) {
   EXPECT_EQ(motor.true_rad(), 3 / options.steps_per_rad);
 }
 
-TEST(PanTiltPlant, TurnsTheEyesByWhatIsIssued) {
+TEST(PlantPanTilt, TurnsTheEyesByWhatIsIssued) {
   PanTiltOptions options;
   options.motor[1].steps_per_rad = -2000;
   options.start = {0.1, 0.2, -0.3};
@@ -314,7 +314,7 @@ TEST(PanTiltPlant, TurnsTheEyesByWhatIsIssued) {
   EXPECT_EQ(eyes.feedback(0).state, PanTiltState::kEnabled);
 }
 
-TEST(CameraTiming, StampsAndDeliveriesAreExact) {
+TEST(PlantCameraTiming, StampsAndDeliveriesAreExact) {
   CameraTimingOptions options;
   options.exposure_ns = 5 * kMs + 1;
   options.first_stamp_ns = 3 * kMs;
@@ -331,7 +331,7 @@ TEST(CameraTiming, StampsAndDeliveriesAreExact) {
   EXPECT_EQ(timing.pair(108'000).delivery_ns, 3'600'012'000'000);
 }
 
-TEST(CameraTiming, LosesPairsButNotTheirNumbers) {
+TEST(PlantCameraTiming, LosesPairsButNotTheirNumbers) {
   CameraTimingOptions options;
   options.fps = 100;
   options.lost_spans_ns = {{100 * kMs, 130 * kMs}};
@@ -355,13 +355,13 @@ TEST(CameraTiming, LosesPairsButNotTheirNumbers) {
   EXPECT_GT(differ, 2000);
 }
 
-TEST(CameraTiming, RefusesPicturesBeforeTheirExposureEnds) {
+TEST(PlantCameraTiming, RefusesPicturesBeforeTheirExposureEnds) {
   CameraTimingOptions options;
   options.exposure_ns = 20 * kMs;
   EXPECT_THROW(CameraTiming{options}, std::invalid_argument);
 }
 
-TEST(StateHistory, IsExactAtSamplesAndStraightBetween) {
+TEST(PlantStateHistory, IsExactAtSamplesAndStraightBetween) {
   StateHistory history(kMs, 4);
   const auto state = [](double t_ms) {
     const double half = 0.01 * t_ms;

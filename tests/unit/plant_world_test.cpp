@@ -110,7 +110,7 @@ Story story_of(const render::Scene& scene, const WorldOptions& options) {
   return story;
 }
 
-TEST(World, SameSeedGivesTheSameBytes) {
+TEST(PlantWorld, SameSeedGivesTheSameBytes) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_with_arm(scene);
   const Story once = story_of(scene, options);
@@ -173,18 +173,18 @@ void expect_state_at_stamp(const render::Scene& scene, const std::vector<int>& i
   EXPECT_NE(seen, picture_of(rig, options, 0.080, 2, late));
 }
 
-TEST(World, PictureShowsWhatWasThereAtItsStamp) {
+TEST(PlantWorld, PictureShowsWhatWasThereAtItsStamp) {
   expect_state_at_stamp(scene_of(kMarker), {80});
 }
 
-TEST(World, PictureIsAveragedOverItsExposure) {
+TEST(PlantWorld, PictureIsAveragedOverItsExposure) {
   render::Scene scene = scene_of(kMarker);
   scene.shutter_s = 0.012;
   scene.shutter_samples = 3;
   expect_state_at_stamp(scene, {74, 80, 86});
 }
 
-TEST(World, PairsComeWhenTheyAreDueAndLostOnesLeaveAGap) {
+TEST(PlantWorld, PairsComeWhenTheyAreDueAndLostOnesLeaveAGap) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_of(scene);
   options.render = false;
@@ -207,7 +207,7 @@ TEST(World, PairsComeWhenTheyAreDueAndLostOnesLeaveAGap) {
   EXPECT_EQ(rig.world.pairs_delivered(), 4U);
 }
 
-TEST(World, PairInUseIsNotOverwritten) {
+TEST(PlantWorld, PairInUseIsNotOverwritten) {
   const render::Scene scene = scene_of(kMarker);
   Rig rig(scene, options_of(scene));
   StereoFrame frame;
@@ -223,7 +223,7 @@ TEST(World, PairInUseIsNotOverwritten) {
   EXPECT_NE(bytes_of(frame.left), first);
 }
 
-TEST(World, OneLongStepIsManyShortOnes) {
+TEST(PlantWorld, OneLongStepIsManyShortOnes) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_with_arm(scene);
   options.servo.watchdog_periods = 0;
@@ -248,7 +248,7 @@ TEST(World, OneLongStepIsManyShortOnes) {
   EXPECT_EQ(bytes_of(a.left), bytes_of(b.left));
 }
 
-TEST(World, RepeatedCommandsAreNotSilence) {
+TEST(PlantWorld, RepeatedCommandsAreNotSilence) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_with_arm(scene);
   options.render = false;
@@ -271,7 +271,7 @@ TEST(World, RepeatedCommandsAreNotSilence) {
   EXPECT_EQ(feedback.state, ArmState::kEnabled);
 }
 
-TEST(World, HandWithoutAnArmStays) {
+TEST(PlantWorld, HandWithoutAnArmStays) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_of(scene);
   options.render = false;
@@ -287,7 +287,7 @@ TEST(World, HandWithoutAnArmStays) {
   EXPECT_THROW(rig.world.advance_to(99 * kMs), std::invalid_argument);
 }
 
-TEST(World, TargetFollowsTheSceneOrAnotherPath) {
+TEST(PlantWorld, TargetFollowsTheSceneOrAnotherPath) {
   const render::Scene scene = scene_of(kMarker);
   const WorldOptions options = options_with_arm(scene);
   Rig rig(scene, options);
@@ -315,7 +315,7 @@ TEST(World, TargetFollowsTheSceneOrAnotherPath) {
   EXPECT_NE(before, left.data);
 }
 
-TEST(World, EyesOnTheTargetMeetThere) {
+TEST(PlantWorld, EyesOnTheTargetMeetThere) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_with_arm(scene);
   options.render = false;
@@ -330,7 +330,7 @@ TEST(World, EyesOnTheTargetMeetThere) {
   EXPECT_FALSE(diverging.world.gaze_point_W_mm());
 }
 
-TEST(World, RefusesAnExposureThatEndsAtDelivery) {
+TEST(PlantWorld, RefusesAnExposureThatEndsAtDelivery) {
   const render::Scene scene = scene_of(kMarker);
   WorldOptions options = options_of(scene);
   options.camera.exposure_ns = 18 * kMs;
