@@ -30,7 +30,9 @@ class SimStereoCamera {
   }
   [[nodiscard]] CameraState state() const { return state_; }
 
-  // The world's side. The images must stay until the next one is delivered.
+  // The world's side. The images must stay until the next take(): while a delivered pair is not taken, the
+  // controller may still look at the one before.
+  [[nodiscard]] bool is_taken() const { return !fresh_; }
   void deliver(const StereoFrame& frame) {
     frame_ = frame;
     fresh_ = true;
@@ -51,8 +53,14 @@ class SimArm {
     feedback = feedback_;
     return true;
   }
-  void command(const std::array<double, kMaxJoints>& velocity_rad_per_s) { velocity_ = velocity_rad_per_s; }
-  void request(ArmRequest request) { request_ = request; }
+  void command(const std::array<double, kMaxJoints>& velocity_rad_per_s) {
+    velocity_ = velocity_rad_per_s;
+    ++commands_;
+  }
+  void request(ArmRequest request) {
+    request_ = request;
+    ++requests_;
+  }
 
   // The world's side.
   void deliver(const ArmFeedback& feedback) {
@@ -61,12 +69,17 @@ class SimArm {
   }
   [[nodiscard]] const std::array<double, kMaxJoints>& commanded_rad_per_s() const { return velocity_; }
   [[nodiscard]] ArmRequest requested() const { return request_; }
+  // How many there were, so that the same one again is not taken for silence.
+  [[nodiscard]] std::uint64_t commands() const { return commands_; }
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }
 
  private:
   ArmFeedback feedback_;
   bool fresh_ = false;
   std::array<double, kMaxJoints> velocity_{};
   ArmRequest request_ = ArmRequest::kDisable;
+  std::uint64_t commands_ = 0;
+  std::uint64_t requests_ = 0;
 };
 
 class SimPanTilt {
