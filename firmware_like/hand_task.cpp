@@ -19,8 +19,7 @@ Status HandTask::configure(const RobotConfig& config, double period_s) {
   *this = {};
   arm_ = config.arm;
   gains_ = config.gains;
-  joint_gain_per_s_ = config.joint_gain_per_s;
-  damping_ = config.damping;
+  joint_servo_ = config.joint_servo;
   hand_limits_ = config.hand_limits;
   tool_mm_ = config.tool_mm;
   relation_ = config.relation;
@@ -36,16 +35,17 @@ Status HandTask::configure(const RobotConfig& config, double period_s) {
   }
   if (const Status status = validate(arm_); status != Status::kOk) return status;
   if (const Status status = check(hand_limits_, period_s); status != Status::kOk) return status;
-  const bool sensible = joint_gain_per_s_ >= 0 && joint_gain_per_s_ * period_s < 1 &&
-                        following_error_rad_ > 0 && std::isfinite(following_error_rad_) &&
-                        tool_mm_.allFinite() && is_sensible(damping_) && config.drive_lag_ns >= 0;
+  if (const Status status = check(gains_); status != Status::kOk) return status;
+  const double joint_gain = joint_servo_.position_per_s;
+  const bool sensible = joint_gain >= 0 && joint_gain * period_s < 1 && following_error_rad_ > 0 && std::isfinite(following_error_rad_) &&
+                        tool_mm_.allFinite() && is_sensible(joint_servo_.damping) && config.drive_lag_ns >= 0;
   return sensible ? limiter_.check_limits() : Status::kBadLimits;
 }
 
 Twist HandTask::desired_twist(const HandPeriod& period, const TargetState& target, const TargetState& ahead) {
   const HandError error = hand_error(period.T_W_H, period.hand, target, relation_);
   // The drives take their time to follow, so the velocity is that of the target by then.
-  return hand_twist(gains_, error, desired_hand_velocity(ahead, relation_));
+  return hand_twist(gains_, error, desired_hand_velocity(period.T_W_H, ahead, relation_));
 }
 
 HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::optional<TargetState>& target,
@@ -58,7 +58,6 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
 
   if (feedback.state != ArmState::kEnabled) {
     // Drives that do not follow: be ready to start from where they are.
-    engaged_ = false;
     expected_rad_ = q;
     expected_rad_per_s_.setZero();
     tool_twist_ = {};
@@ -66,7 +65,6 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     period.at_rest = true;
     return period;
   }
-  engaged_ = true;
   period.hand = to_twist(J * expected_rad_per_s_);
   const JointVector deviation = expected_rad_ - q;
   period.following_error = !(deviation.cwiseAbs().maxCoeff() <= following_error_rad_);
@@ -80,7 +78,6 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     if (target && ahead) {
       desired = desired_twist(period, *target, *ahead);
       target_mm = target->T_W_M.t_mm;
-      period.T_W_Hd = target->T_W_M * relation_.T_Ed_M.inverse();
     }
     const Vector3 arm_mm = frames.T_W_H.R * tool_mm_;
     const LimitedTwist limited = limit_twist(hand_limits_, period_s_, frames.T_W_H.t_mm + arm_mm, tool_twist_,
@@ -90,10 +87,10 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     const Twist twist = of_point(limited.twist, -arm_mm);
     // [3.31]. q_d is the integral of what was sent, as the drives should have followed it by now: the inverse
     // kinematics of the integrated pose [3.30] without a branch to choose.
-    const JointServo servo = joint_velocity(arm_, J, twist, expected_rad_, q, joint_gain_per_s_, damping_);
-    period.smallest_singular_value = servo.smallest_singular_value;
+    const VelocityStep step = joint_velocity(arm_, J, twist, expected_rad_, q, joint_servo_);
+    period.smallest_singular_value = step.smallest_singular_value;
     std::array<double, kMaxJoints> wanted{};
-    for (int i = 0; i < arm_.joints; ++i) wanted[static_cast<std::size_t>(i)] = servo.velocity_rad_per_s[i];
+    for (int i = 0; i < arm_.joints; ++i) wanted[static_cast<std::size_t>(i)] = step.velocity_rad_per_s[i];
     for (const LimitFlags flags : limiter_.limit(wanted)) period.joint_flags |= flags;
     period.at_rest = true;
     for (const JointMotion& joint : limiter_.last) {

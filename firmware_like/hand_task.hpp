@@ -17,7 +17,6 @@ struct HandPeriod {
   std::array<double, kMaxJoints> velocity_rad_per_s{};  // to be sent
   Transform T_W_H;                                      // the hand as measured
   Twist hand;                                           // its velocity as commanded, lagged as the drives do
-  std::optional<Transform> T_W_Hd;                      // where it is wanted, while it follows
   double smallest_singular_value = 0;
   LimitFlags hand_flags = 0;
   LimitFlags joint_flags = 0;  // of all joints together
@@ -50,8 +49,7 @@ class HandTask {
 
   SerialArm arm_;
   HandGains gains_;
-  double joint_gain_per_s_ = 0;
-  Damping damping_;
+  JointServo joint_servo_;
   HandLimits hand_limits_;
   Vector3 tool_mm_ = Vector3::Zero();
   DesiredRelation relation_;
@@ -65,7 +63,6 @@ class HandTask {
   JointVector expected_rad_ = JointVector::Zero();
   JointVector expected_rad_per_s_ = JointVector::Zero();
   Twist tool_twist_;  // last limited
-  bool engaged_ = false;
 };
 
 }  // namespace vergence

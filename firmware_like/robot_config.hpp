@@ -27,8 +27,7 @@ struct RobotConfig {
   bool has_arm = true;  // without: the hand stands at T_W_H_fixed
   Transform T_W_H_fixed;
   HandGains gains = vergence_gains();
-  double joint_gain_per_s = 5;  // K_PQ [3.31]
-  Damping damping;
+  JointServo joint_servo = {.position_per_s = 5, .damping = {}};  // K_PQ [3.31]
   HandLimits hand_limits = {.linear_velocity_mm_per_s = 1000,
                             .angular_velocity_rad_per_s = 2,
                             .linear_acceleration_mm_per_s2 = 4000,

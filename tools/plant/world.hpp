@@ -71,6 +71,9 @@ class World {
   [[nodiscard]] Transform T_W_H() const;
   [[nodiscard]] Transform T_W_M(double t_s) const;
   [[nodiscard]] Transform T_H_M() const;
+  [[nodiscard]] bool has_arm() const { return servo_.has_value(); }
+  [[nodiscard]] const JointArray& joints_rad() const { return servo_.value().true_position_rad(); }
+  [[nodiscard]] double lost_steps(int motor) const { return eyes_.motor(motor).lost_steps(); }
   [[nodiscard]] EyeAngles eye_angles() const { return eyes_.true_angles(); }
   // Where the lines of sight meet, or are closest; none where they are parallel or meet behind the eyes.
   [[nodiscard]] std::optional<Vector3> gaze_point_W_mm() const;
