@@ -63,8 +63,8 @@ struct Figure {
   int height_px = 0;  // 0: what the panels need
 };
 
-// Throws std::invalid_argument where a curve's x and y differ in length or there is no panel, InputError where
-// the file cannot be written, std::runtime_error without gnuplot.
+// Throws std::invalid_argument where a curve's x and y differ in length or there is no panel, InputError
+// where the file cannot be written, std::runtime_error without gnuplot.
 void write_figure(const std::filesystem::path& png, const Figure& figure);
 
 struct BodeCurve {

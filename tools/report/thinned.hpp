@@ -11,7 +11,8 @@ namespace vergence::tools {
 inline constexpr std::size_t kGap = static_cast<std::size_t>(-1);
 
 // Of every stretch of samples the first, the smallest, the largest and the last, so that peaks stay and lines
-// join where they did; at most `most` indices (4 or more), besides gaps. Series that are short enough stay whole.
+// join where they did; at most `most` indices (4 or more), besides gaps. Series that are short enough stay
+// whole.
 [[nodiscard]] std::vector<std::size_t> thinned(std::span<const double> y, std::size_t most);
 
 }  // namespace vergence::tools
