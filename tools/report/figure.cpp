@@ -153,7 +153,8 @@ void write_legend(std::ostream& script, const Panel& panel, const FigureLayout& 
     }
     if (has_points(curve)) {
       script << "set label '' at screen " << 0.5 * (left + right) << "," << y << " point "
-             << point_of(curve, entry.curve) << colour_of(curve, entry.curve) << "\n";
+             << point_of(curve, entry.curve) << (has_line(curve) ? "" : " ps 0.9")
+             << colour_of(curve, entry.curve) << "\n";
     }
     write_text(script, curve.label, right + 6.0 / place.width_px, y, "left");
   }
