@@ -49,7 +49,7 @@ main{max-width:none;padding:0}figure,tr{break-inside:avoid}h2{break-after:avoid}
 std::string png_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError(file, "", "cannot be read");
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
   constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
   if (!bytes.starts_with(kSignature)) throw InputError(file, "", "is not a PNG");
   return bytes;
