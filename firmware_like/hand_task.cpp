@@ -37,8 +37,9 @@ Status HandTask::configure(const RobotConfig& config, double period_s) {
   if (const Status status = check(hand_limits_, period_s); status != Status::kOk) return status;
   if (const Status status = check(gains_); status != Status::kOk) return status;
   const double joint_gain = joint_servo_.position_per_s;
-  const bool sensible = joint_gain >= 0 && joint_gain * period_s < 1 && following_error_rad_ > 0 && std::isfinite(following_error_rad_) &&
-                        tool_mm_.allFinite() && is_sensible(joint_servo_.damping) && config.drive_lag_ns >= 0;
+  const bool sensible = joint_gain >= 0 && joint_gain * period_s < 1 && following_error_rad_ > 0 &&
+                        std::isfinite(following_error_rad_) && tool_mm_.allFinite() &&
+                        is_sensible(joint_servo_.damping) && config.drive_lag_ns >= 0;
   return sensible ? limiter_.check_limits() : Status::kBadLimits;
 }
 

@@ -22,7 +22,8 @@ bool is_due(std::int64_t t_ns, TaskId id) {
 }
 
 void must(Status status) {
-  if (status != Status::kOk) throw std::runtime_error(std::string("the controller refuses: ") + describe(status));
+  if (status != Status::kOk)
+    throw std::runtime_error(std::string("the controller refuses: ") + describe(status));
 }
 
 tools::RgbImage copy_of(const ImageView& view) {
@@ -103,8 +104,8 @@ ClosedLoop::ClosedLoop(const LoopSetup& setup, const RunOptions& options)
   } else {
     build_models(options, scene);
   }
-  world_ = std::make_unique<plant::World>(std::move(scene), world,
-                                          plant::Devices{camera_->device, arm_, eyes_});
+  world_ =
+      std::make_unique<plant::World>(std::move(scene), world, plant::Devices{camera_->device, arm_, eyes_});
 }
 
 ClosedLoop::~ClosedLoop() = default;
@@ -231,7 +232,8 @@ tools::Picture ClosedLoop::draw_last_frame(const std::filesystem::path& png, con
     overlay.cameras[0].T_H_C = left_eye_in_hand(robot_.rig.left.T_H_C, sighting.eyes);
     overlay.cameras[1].T_H_C = right_eye_in_hand(robot_.rig.right.T_H_C, sighting.eyes);
   }
-  tools::write_png(png, tools::draw_overlay(overlay, copy_of(camera_->last.left), copy_of(camera_->last.right)));
+  tools::write_png(png,
+                   tools::draw_overlay(overlay, copy_of(camera_->last.left), copy_of(camera_->last.right)));
   return {png, caption};
 }
 

@@ -29,9 +29,9 @@ std::vector<std::string> column_names() {
   for (const char* part : {"fitness", "confidence", "state", "generations"}) names.emplace_back(part);
   for (int i = 1; i <= kMaxJoints; ++i) names.push_back("q" + std::to_string(i) + "_rad");
   for (int i = 1; i <= kMaxJoints; ++i) names.push_back("sent" + std::to_string(i) + "_rad_per_s");
-  for (const char* part : {"tilt_rad", "pan_right_rad", "pan_left_rad", "lost_tilt_steps", "lost_right_steps",
-                           "lost_left_steps", "hand_limits", "joint_limits", "eye_limits",
-                           "smallest_singular_value"}) {
+  for (const char* part :
+       {"tilt_rad", "pan_right_rad", "pan_left_rad", "lost_tilt_steps", "lost_right_steps", "lost_left_steps",
+        "hand_limits", "joint_limits", "eye_limits", "smallest_singular_value"}) {
     names.emplace_back(part);
   }
   return names;

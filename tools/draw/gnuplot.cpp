@@ -66,7 +66,14 @@ void run_gnuplot(const std::string& script) {
 
 std::string gnuplot_quoted(const std::string& text) {
   std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  for (const char c : text) {
+    // The end of a line would end the command too.
+    if (static_cast<unsigned char>(c) < ' ') {
+      quoted += ' ';
+    } else {
+      quoted += c == '\'' ? std::string("''") : std::string(1, c);
+    }
+  }
   return quoted + "'";
 }
 

@@ -37,4 +37,8 @@ struct HeatMap {
 // Draws it to a PNG. Throws std::runtime_error without gnuplot, InputError where the file cannot be written.
 void write_heat_map(const std::filesystem::path& png, const HeatMap& map);
 
+// Several of them in one PNG, row by row under one title. Throws std::invalid_argument where there are none.
+void write_heat_map_grid(const std::filesystem::path& png, const std::string& title,
+                         const std::vector<HeatMap>& maps, int columns);
+
 }  // namespace vergence::tools

@@ -17,7 +17,13 @@ struct Csv {
   std::vector<CsvRow> rows;
 };
 
-// Throws InputError: no header, a row of another length, or a field that is not a finite number.
-[[nodiscard]] Csv read_csv(const std::filesystem::path& file);
+enum class CsvNumbers {
+  kFinite,
+  kAny,  // an empty field is NaN, and there may be infinities
+};
+
+// Throws InputError: no header, a row of another length, or a field that is not such a number. Blank lines
+// are skipped, except where they are rows: in a file of a single column whose fields may be empty.
+[[nodiscard]] Csv read_csv(const std::filesystem::path& file, CsvNumbers numbers = CsvNumbers::kFinite);
 
 }  // namespace vergence::tools
