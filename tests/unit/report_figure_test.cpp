@@ -91,6 +91,27 @@ TEST(Figure, ShowsItsCurves) {
   EXPECT_GT(pixels_of(without, 0x00, 0x72, 0xb2), 20U);
 }
 
+TEST(Figure, DrawsEveryStyleInCurveAndLegend) {
+  const TempDirectory folder;
+  for (const CurveStyle style :
+       {CurveStyle::kLine, CurveStyle::kDashed, CurveStyle::kPoints, CurveStyle::kLinePoints}) {
+    Figure figure;
+    figure.panels.resize(1);
+    figure.panels[0].curves = {ramp("hand", 10)};
+    figure.panels[0].curves[0].style = style;
+    figure.panels[0].curves[0].colour = 1;
+    const auto drawn = [&] {
+      write_figure(folder / "style.png", figure);
+      return pixels_of(read_png_rgb(folder / "style.png"), 0xd5, 0x5e, 0x00);
+    };
+    const std::size_t both = drawn();
+    figure.panels[0].curves[0].label = "";
+    const std::size_t curve_alone = drawn();
+    EXPECT_GT(curve_alone, 100U) << static_cast<int>(style);
+    EXPECT_GT(both, curve_alone + 3) << static_cast<int>(style);
+  }
+}
+
 TEST(Figure, IsDrawnWhateverTheData) {
   const TempDirectory folder;
   const double infinity = std::numeric_limits<double>::infinity();

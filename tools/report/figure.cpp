@@ -113,9 +113,12 @@ std::string colour_of(const Curve& curve, std::size_t place) {
   return std::string(" lc rgb '") + kColours[curve.colour.value_or(place) % kColours.size()] + "'";
 }
 
-std::string point_of(const Curve& curve, std::size_t place) {
-  // Of many points, small ones: what lies below shows through.
-  if (curve.style == CurveStyle::kPoints) return "pt 7 ps 0.4";
+// Of many points, small ones: what lies below shows through.
+constexpr const char* kDrawnSize = " ps 0.4 ";
+constexpr const char* kLegendSize = " ps 0.9 ";
+
+std::string point_of(const Curve& curve, std::size_t place, const char* size) {
+  if (curve.style == CurveStyle::kPoints) return std::string("pt 7") + size;
   return "ps 1.1 pt " + std::to_string(kPointTypes[curve.colour.value_or(place) % kPointTypes.size()]);
 }
 
@@ -136,7 +139,7 @@ std::string drawn_as(const Curve& curve, std::size_t place) {
                     : has_line(curve)                    ? "lines "
                                                          : "points ";
   if (has_line(curve)) how += line_of(curve) + " ";
-  if (has_points(curve)) how += point_of(curve, place);
+  if (has_points(curve)) how += point_of(curve, place, kDrawnSize);
   return how + colour_of(curve, place) + (curve.axis == CurveAxis::kRight ? " axes x1y2" : "");
 }
 
@@ -153,8 +156,7 @@ void write_legend(std::ostream& script, const Panel& panel, const FigureLayout& 
     }
     if (has_points(curve)) {
       script << "set label '' at screen " << 0.5 * (left + right) << "," << y << " point "
-             << point_of(curve, entry.curve) << (has_line(curve) ? "" : " ps 0.9")
-             << colour_of(curve, entry.curve) << "\n";
+             << point_of(curve, entry.curve, kLegendSize) << colour_of(curve, entry.curve) << "\n";
     }
     write_text(script, curve.label, right + 6.0 / place.width_px, y, "left");
   }
