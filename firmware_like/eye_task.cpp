@@ -1,5 +1,7 @@
 #include "firmware_like/eye_task.hpp"
 
+#include <Eigen/Geometry>
+
 #include "hal/clock.hpp"
 
 namespace vergence {

@@ -1,5 +1,6 @@
 #include "firmware_like/hand_task.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace vergence {

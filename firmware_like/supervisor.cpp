@@ -31,7 +31,10 @@ Mode Supervisor::step(std::int64_t now_ns, const Conditions& conditions) {
     commanded_ = false;
     switch (command_) {
       case OperatorCommand::kStop: apply(now_ns, Event::kStop); break;
-      case OperatorCommand::kArm: apply(now_ns, Event::kArm); break;
+      case OperatorCommand::kArm:
+        // Nor are drives switched on by a controller that is late already.
+        if (conditions.missed_deadlines < most_missed_deadlines_) apply(now_ns, Event::kArm);
+        break;
       case OperatorCommand::kDisarm: apply(now_ns, Event::kDisarm); break;
       case OperatorCommand::kServo:
         servo_wanted_ = is_armed(mode_);

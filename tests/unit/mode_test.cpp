@@ -84,11 +84,12 @@ class Operated {
 };
 
 TEST(Modes, HaveNamesOfTheirOwn) {
-  std::set<std::string> names;
-  for (const Mode mode : kAllModes) names.insert(to_string(mode));
-  for (std::size_t i = 0; i < kEvents; ++i) names.insert(to_string(static_cast<Event>(i)));
-  EXPECT_EQ(names.size(), kModes + kEvents);
-  EXPECT_EQ(names.count("unknown mode") + names.count("unknown event"), 0U);
+  std::set<std::string> modes{"unknown mode"};
+  std::set<std::string> events{"unknown event"};
+  for (const Mode mode : kAllModes) modes.insert(to_string(mode));
+  for (std::size_t i = 0; i < kEvents; ++i) events.insert(to_string(static_cast<Event>(i)));
+  EXPECT_EQ(modes.size(), kModes + 1);
+  EXPECT_EQ(events.size(), kEvents + 1);
 }
 
 TEST(Modes, TableHoldsEachPairOnceAndNoRowThatDoesNothing) {
@@ -139,7 +140,9 @@ TEST(Modes, DrivesGoOnByTheOperatorsWordAlone) {
   for (const Mode mode : kAllModes) {
     for (std::size_t i = 0; i < kEvents; ++i) {
       const auto event = static_cast<Event>(i);
-      if (!is_armed(mode) && is_armed(next_mode(mode, event))) EXPECT_EQ(event, Event::kArm);
+      if (!is_armed(mode) && is_armed(next_mode(mode, event))) {
+        EXPECT_EQ(event, Event::kArm);
+      }
     }
   }
 }
@@ -227,8 +230,12 @@ TEST(Supervisor, IsNeverArmedWithABrokenDeviceWhateverHappens) {
     }
     const Mode mode = it.step();
     armed += is_armed(mode) ? 1 : 0;
-    if (c.device_fault || c.missed_deadlines >= 3) ASSERT_FALSE(is_armed(mode)) << to_string(mode);
-    if (mode == Mode::kServo || mode == Mode::kTrack) ASSERT_TRUE(c.target_believed);
+    if (c.device_fault || c.missed_deadlines >= 3) {
+      ASSERT_FALSE(is_armed(mode)) << to_string(mode);
+    }
+    if (mode == Mode::kServo || mode == Mode::kTrack) {
+      ASSERT_TRUE(c.target_believed);
+    }
   }
   EXPECT_GT(armed, 1000);
 }

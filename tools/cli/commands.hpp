@@ -11,5 +11,6 @@ void add_model_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_accuracy_command(CLI::App& app);
+void add_demo_command(CLI::App& app);
 
 }  // namespace vergence::tools

@@ -27,8 +27,13 @@ std::vector<std::string> column_names() {
   pose("seen");
   pose("true");
   for (const char* part : {"fitness", "confidence", "state", "generations"}) names.emplace_back(part);
-  for (int i = 1; i <= kMaxJoints; ++i) names.push_back("q" + std::to_string(i) + "_rad");
-  for (int i = 1; i <= kMaxJoints; ++i) names.push_back("sent" + std::to_string(i) + "_rad_per_s");
+  for (const char* part : {"q1_rad", "q2_rad", "q3_rad", "q4_rad", "q5_rad", "q6_rad", "q7_rad"}) {
+    names.emplace_back(part);
+  }
+  for (const char* part : {"sent1_rad_per_s", "sent2_rad_per_s", "sent3_rad_per_s", "sent4_rad_per_s",
+                           "sent5_rad_per_s", "sent6_rad_per_s", "sent7_rad_per_s"}) {
+    names.emplace_back(part);
+  }
   for (const char* part :
        {"tilt_rad", "pan_right_rad", "pan_left_rad", "lost_tilt_steps", "lost_right_steps", "lost_left_steps",
         "hand_limits", "joint_limits", "eye_limits", "smallest_singular_value"}) {

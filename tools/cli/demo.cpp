@@ -1,0 +1,106 @@
+// `vergence demo`: experiments on the simulated robot.
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/cli/commands.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/demo/scenario.hpp"
+
+namespace vergence::tools {
+namespace {
+
+using demo::Scenario;
+
+constexpr const char* kDefaultScenario = "servo-position";
+constexpr std::size_t kProgressSteps = 1000;
+
+struct Options {
+  std::string scenario = kDefaultScenario;
+  std::uint64_t seed = 1;
+  std::string out;
+  bool list = false;
+  bool json = false;
+  bool all = false;
+};
+
+void list(bool json) {
+  if (json) {
+    nlohmann::ordered_json names = nlohmann::ordered_json::array();
+    for (const Scenario& scenario : demo::scenarios()) names.push_back(scenario.name);
+    std::printf("%s\n", names.dump().c_str());
+    return;
+  }
+  for (const Scenario& scenario : demo::scenarios()) std::printf("%-18s %s\n", scenario.name, scenario.title);
+}
+
+Summary run_one(const Scenario& scenario, std::uint64_t seed, const std::filesystem::path& out) {
+  Progress bar(scenario.name, kProgressSteps);
+  std::size_t shown = 0;
+  demo::RunOptions options;
+  options.seed = seed;
+  options.out = out;
+  options.progress = [&](double share) {
+    for (const auto wanted = static_cast<std::size_t>(share * kProgressSteps); shown < wanted; ++shown)
+      bar.step();
+  };
+  return demo::run_with_report(scenario, options);
+}
+
+void print(const Summary& summary, const std::filesystem::path& out, bool json) {
+  if (json) {
+    std::printf("%s\n", summary_json(summary).c_str());
+    return;
+  }
+  std::printf("%s\nsignature %s\nreport    %s\n", summary_text(summary).c_str(), summary.signature.c_str(),
+              (out / "report.html").c_str());
+}
+
+void run(const Options& options) {
+  if (options.list) {
+    list(options.json);
+    return;
+  }
+  if (options.all) {
+    for (const Scenario& scenario : demo::scenarios()) {
+      const std::filesystem::path out =
+          std::filesystem::path(options.out.empty() ? "out" : options.out) / scenario.name;
+      print(run_one(scenario, options.seed, out), out, options.json);
+    }
+    return;
+  }
+  const Scenario* scenario = demo::find_scenario(options.scenario);
+  if (scenario == nullptr) {
+    throw CLI::ValidationError("SCENARIO",
+                               "there is no '" + options.scenario + "'; `vergence demo --list` names them");
+  }
+  const std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / scenario->name
+                                                        : std::filesystem::path(options.out);
+  print(run_one(*scenario, options.seed, out), out, options.json);
+}
+
+}  // namespace
+
+void add_demo_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("demo", "The closed loop on the simulated robot, with a report");
+  const auto options = std::make_shared<Options>();
+  command->add_option("SCENARIO", options->scenario, "Which; see --list")->capture_default_str();
+  command->add_option("--seed", options->seed, "Of noise and of all that is random")->capture_default_str();
+  command
+      ->add_option("-o,--out", options->out,
+                   "Folder for report.html, log.csv, summary.json; default: out/SCENARIO")
+      ->type_name("DIR");
+  command->add_flag("--list", options->list, "Name the scenarios");
+  command->add_flag("--all", options->all, "Run them all, each into a folder of its own");
+  command->add_flag("--json", options->json, "For machines: names or summaries as JSON");
+  command->footer(
+      "Time is virtual: a run gives the same log and signature on every machine, however fast.\n"
+      "\nExamples:\n"
+      "  vergence demo\n"
+      "  vergence demo lateral-6dof --seed 3 --out out/lateral");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace vergence::tools
