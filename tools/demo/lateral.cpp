@@ -77,6 +77,7 @@ LateralRun run_sway(const Sway& sway, Seen seen, const HandGains& gains, const R
       robot.target_motion.position_noise_mm = 0.01;
       robot.target_motion.rotation_noise_rad = 1e-4;
       robot.target_motion.jerk_mm_per_s3 = 1e5;
+      robot.target_motion.acceleration_memory_s = 0.1;
       robot.target_motion.gate_sigma = 1e6;
     }
   };
