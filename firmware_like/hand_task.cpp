@@ -47,7 +47,15 @@ Status HandTask::configure(const RobotConfig& config, double period_s) {
 Twist HandTask::desired_twist(const HandPeriod& period, const TargetState& target, const TargetState& ahead) {
   const HandError error = hand_error(period.T_W_H, period.hand, target, relation_);
   // The drives take their time to follow, so the velocity is that of the target by then.
-  return hand_twist(gains_, error, desired_hand_velocity(period.T_W_H, ahead, relation_));
+  Twist twist = hand_twist(gains_, error, desired_hand_velocity(period.T_W_H, ahead, relation_));
+  if (relation_.position_only) {
+    // Joints at their limits turn the hand a little; it is turned back to how it stood.
+    if (!held_orientation_) held_orientation_ = period.T_W_H.R;
+    const Matrix3& R = period.T_W_H.R;
+    const Vector3 e = quaternion_vector_from_rotation(R.transpose() * *held_orientation_);
+    twist.angular_rad_per_s = gains_.orientation_per_s * (R * e);
+  }
+  return twist;
 }
 
 HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::optional<TargetState>& target,
@@ -63,6 +71,7 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     expected_rad_ = q;
     expected_rad_per_s_.setZero();
     tool_twist_ = {};
+    held_orientation_.reset();
     for (std::size_t i = 0; i < kMaxJoints; ++i) limiter_.last[i] = {feedback.position_rad[i], 0, 0, 0};
     period.at_rest = true;
     return period;

@@ -62,7 +62,8 @@ class HandTask {
   // What the drives should have made of the commands by now.
   JointVector expected_rad_ = JointVector::Zero();
   JointVector expected_rad_per_s_ = JointVector::Zero();
-  Twist tool_twist_;  // last limited
+  Twist tool_twist_;                         // last limited
+  std::optional<Matrix3> held_orientation_;  // R_W_H, where only the position is to follow
 };
 
 }  // namespace vergence

@@ -30,8 +30,8 @@ struct RobotConfig {
   JointServo joint_servo = {.position_per_s = 5, .damping = {}};  // K_PQ [3.31]
   HandLimits hand_limits = {.linear_velocity_mm_per_s = 1000,
                             .angular_velocity_rad_per_s = 2,
-                            .linear_acceleration_mm_per_s2 = 4000,
-                            .angular_acceleration_rad_per_s2 = 8,
+                            .linear_acceleration_mm_per_s2 = 1000,
+                            .angular_acceleration_rad_per_s2 = 3,
                             .box_min_mm = {-1100, -700, 50},
                             .box_max_mm = {-300, 700, 1200},
                             .least_distance_mm = 150};

@@ -71,6 +71,7 @@ LateralRun run_sway(const Sway& sway, Seen seen, const HandGains& gains, const R
   setup.adjust_robot = [&](RobotConfig& robot) {
     robot.gains = gains;
     robot.relation.T_Ed_M.t_mm = {0, -100, 545};
+    robot.hand_limits.linear_acceleration_mm_per_s2 = 4000;  // it is the joints' limits that are to be met
     if (seen == Seen::kPosition) robot.R_W_M_given = lateral_start().R;
     if (seen == Seen::kNothing) {
       // What is given has no noise to be smoothed away.

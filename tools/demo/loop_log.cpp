@@ -70,9 +70,14 @@ void LoopLog::add(const plant::World& world, const Pipeline& pipeline, const Tra
   Row row;
   row.add(t_s);
   row.add(static_cast<double>(arm.mode));
+  const Transform T_S_H = T_S_W * world.T_W_H();
   row.add(T_S_M);
-  row.add(T_S_W * world.T_W_H());
-  row.add(T_S_M * relation.T_Ed_M.inverse());
+  row.add(T_S_H);
+  if (relation.position_only) {
+    row.add(Transform{T_S_H.R, T_S_M.t_mm - T_S_H.R * relation.T_Ed_M.t_mm});
+  } else {
+    row.add(T_S_M * relation.T_Ed_M.inverse());
+  }
   arm.target_believed ? row.add(T_S_W * arm.target.T_W_M) : row.none(6);
   if (const auto gaze = world.gaze_point_W_mm()) {
     const Vector3 p = T_S_W * *gaze;
