@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "algo/rotation_vector.hpp"
 #include "algo/trigonometry.hpp"
 
 namespace vergence {
@@ -99,13 +100,8 @@ ArmJacobian geometric_jacobian(const SerialArm& arm, const ArmFrames& frames) {
 }
 
 Vector6 pose_difference(const Transform& T_W_from, const Transform& T_W_to) {
-  const Vector3 e = quaternion_vector_from_rotation(T_W_to.R * T_W_from.R.transpose());
-  const double squared = e.squaredNorm();
-  const double sine = std::sqrt(squared);
-  // The angle over its half's sine, which is 2 where the angle vanishes.
-  const double ratio = sine > 0 ? 2 * arc_tangent2(sine, std::sqrt(std::max(1 - squared, 0.0))) / sine : 2.0;
   Vector6 difference;
-  difference << T_W_to.t_mm - T_W_from.t_mm, ratio * e;
+  difference << T_W_to.t_mm - T_W_from.t_mm, vector_from_rotation(T_W_to.R * T_W_from.R.transpose());
   return difference;
 }
 

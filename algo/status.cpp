@@ -21,6 +21,8 @@ const char* describe(Status status) {
       return "a joint count, link, joint limit or fixed transform of the arm is outside its range";
     case Status::kBadNumber:
       return "a pose, joint angle or velocity is not finite, or beyond what any arm does";
+    case Status::kBadGains:
+      return "a gain, noise or time constant of the control is not finite or outside its range";
   }
   return "unknown status";
 }

@@ -17,6 +17,7 @@ enum class Status : std::uint8_t {
   kBadLimits,      // a limit of motion not positive or not finite, or a range empty
   kBadArm,         // joint count, link, joint limit or fixed transform of the arm outside its range
   kBadNumber,      // a pose, joint angle or velocity not finite, or beyond what any arm does
+  kBadGains,       // a gain, noise or time constant of the control not finite or outside its range
 };
 
 // What happened, in words, for people.
