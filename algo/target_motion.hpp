@@ -14,11 +14,11 @@ namespace vergence {
 
 struct TargetMotionOptions {
   // Standard deviation of an observation: of each axis of the position, of the rotation about each axis.
-  double position_noise_mm = 1;
-  double rotation_noise_rad = 0.01;
+  double position_noise_mm = 0.5;
+  double rotation_noise_rad = 0.005;
   // White jerk: the acceleration wanders by this much in a second, by sqrt(t) as much in t seconds.
-  double jerk_mm_per_s3 = 1000;
-  double angular_jerk_rad_per_s3 = 5;
+  double jerk_mm_per_s3 = 500;
+  double angular_jerk_rad_per_s3 = 3;
   double acceleration_memory_s = 1;  // an acceleration not seen again fades by exp(-t / memory)
   // Standard deviation of each axis of the velocity of a target just found.
   double start_speed_mm_per_s = 300;
