@@ -81,9 +81,9 @@ class TargetMotion {
 
   // The target was seen at T_W_M at an instant of any clock, in ns. False where it was left out: not newer
   // than the last one offered, not rigid to 1e-6 or beyond 1e9 mm, its noise not positive, or outside the
-  // gate.
+  // gate. own_noise: of this observation, instead of the options'.
   bool observe(std::int64_t stamp_ns, const Transform& T_W_M,
-               const std::optional<ObservationNoise>& noise = std::nullopt);
+               const std::optional<ObservationNoise>& own_noise = std::nullopt);
 
   // At an instant of the same clock. Before last_ns(): as at last_ns(). Where nothing is known: identity, at
   // rest. Never farther from the last estimate than the motion of coast_s and half of rest_s after it.
