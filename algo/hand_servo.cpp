@@ -3,7 +3,7 @@
 namespace vergence {
 namespace {
 
-constexpr double kMostPerSecond = 50;  // of a gain: 1 / (4 * 5 ms), the quickest drive any arm here has
+constexpr double kMostPerSecond = 50;  // a loop with 5 ms of lag bears no more without overshoot
 
 bool is_between(double value, double low, double high) {
   return value >= low && value <= high;  // false for NaN

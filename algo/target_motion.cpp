@@ -168,9 +168,9 @@ void TargetMotion::start(std::int64_t stamp_ns, const Transform& T_W_M, const Ob
 }
 
 bool TargetMotion::observe(std::int64_t stamp_ns, const Transform& T_W_M,
-                           const std::optional<ObservationNoise>& given) {
+                           const std::optional<ObservationNoise>& own_noise) {
   const ObservationNoise noise =
-      given.value_or(ObservationNoise{options_.position_noise_mm, options_.rotation_noise_rad});
+      own_noise.value_or(ObservationNoise{options_.position_noise_mm, options_.rotation_noise_rad});
   if (!is_positive(noise.position_mm) || !is_positive(noise.rotation_rad) || !is_rigid(T_W_M, 1e-6)) {
     return false;
   }

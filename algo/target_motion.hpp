@@ -14,11 +14,11 @@ namespace vergence {
 
 struct TargetMotionOptions {
   // Standard deviation of an observation: of each axis of the position, of the rotation about each axis.
-  double position_noise_mm = 1;
-  double rotation_noise_rad = 0.01;
+  double position_noise_mm = 0.5;
+  double rotation_noise_rad = 0.005;
   // White jerk: the acceleration wanders by this much in a second, by sqrt(t) as much in t seconds.
-  double jerk_mm_per_s3 = 1000;
-  double angular_jerk_rad_per_s3 = 5;
+  double jerk_mm_per_s3 = 500;
+  double angular_jerk_rad_per_s3 = 3;
   double acceleration_memory_s = 1;  // an acceleration not seen again fades by exp(-t / memory)
   // Standard deviation of each axis of the velocity of a target just found.
   double start_speed_mm_per_s = 300;
@@ -81,9 +81,9 @@ class TargetMotion {
 
   // The target was seen at T_W_M at an instant of any clock, in ns. False where it was left out: not newer
   // than the last one offered, not rigid to 1e-6 or beyond 1e9 mm, its noise not positive, or outside the
-  // gate.
+  // gate. own_noise: of this observation, instead of the options'.
   bool observe(std::int64_t stamp_ns, const Transform& T_W_M,
-               const std::optional<ObservationNoise>& noise = std::nullopt);
+               const std::optional<ObservationNoise>& own_noise = std::nullopt);
 
   // At an instant of the same clock. Before last_ns(): as at last_ns(). Where nothing is known: identity, at
   // rest. Never farther from the last estimate than the motion of coast_s and half of rest_s after it.

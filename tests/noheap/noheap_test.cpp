@@ -1,10 +1,11 @@
-// Whole frames of the tracker, found, followed, lost and searched for, and the arm's kinematics, without one
-// call of the allocator.
+// Whole frames of the tracker, found, followed, lost and searched for, the arm's kinematics and the servo of
+// the hand, without one call of the allocator.
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <vector>
 
+#include "algo/hand_servo.hpp"
 #include "algo/iterative_inverse.hpp"
 #include "algo/pa10.hpp"
 #include "tests/noheap/heap_counter.hpp"
@@ -60,6 +61,36 @@ TEST(NoHeap, KinematicsOfTheArmDoNotAllocate) {
   EXPECT_TRUE(is_found);
   EXPECT_EQ(reached.result, IkResult::kReached);
   EXPECT_EQ(unreached.result, IkResult::kUnreachable);
+}
+
+TEST(NoHeap, PeriodsOfTheHandServoDoNotAllocate) {
+  const SerialArm arm = pa10();
+  JointVector q;
+  q << 0, 0.5, 0.1, 1.6, 0.1, -0.5, 0;
+  TargetMotion motion;
+  DesiredRelation relation;
+  relation.T_Ed_M.t_mm = Vector3(0, 0, 500);
+  int taken = 0;
+  int moving = 0;
+  const HeapCounter counter;
+  const Status configured = motion.configure({});
+  for (int period = 0; period < 300; ++period) {
+    const std::int64_t now_ns = period * 2'000'000LL;
+    const ArmFrames frames = forward_kinematics(arm, q);
+    Transform T_W_M = frames.T_W_H * relation.T_Ed_M;
+    if (period >= 200) T_W_M.t_mm[1] += 50;  // outliers, then a new start
+    if (period % 16 == 0 && motion.observe(now_ns, T_W_M)) ++taken;
+    relation.position_only = period % 2 == 0;
+    const HandError error = hand_error(frames.T_W_H, {}, motion.at(now_ns), relation);
+    const Twist ahead = desired_hand_velocity(frames.T_W_H, motion.at(now_ns + 20'000'000), relation);
+    const Twist twist = hand_twist(vergence_gains(), error, ahead);
+    const VelocityStep step = joint_velocity(arm, geometric_jacobian(arm, frames), twist, q, q);
+    if (step.status == Status::kOk) ++moving;
+  }
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_EQ(configured, Status::kOk);
+  EXPECT_EQ(taken, 16);  // of 19: three outliers are left out
+  EXPECT_EQ(moving, 300);
 }
 
 }  // namespace
