@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "algo/stopping_room.hpp"
+
 namespace vergence {
 namespace {
 
@@ -25,9 +27,10 @@ Status HandTask::configure(const RobotConfig& config, double period_s) {
   tool_mm_ = config.tool_mm;
   relation_ = config.relation;
   drive_lag_ns_ = config.drive_lag_ns;
+  drive_lag_s_ = static_cast<double>(config.drive_lag_ns) * 1e-9;
   following_error_rad_ = config.following_error_rad;
   period_s_ = period_s;
-  lag_share_ = period_s / (period_s + static_cast<double>(config.drive_lag_ns) * 1e-9);
+  lag_share_ = period_s / (period_s + drive_lag_s_);
   limiter_.limits = arm_.limits;
   limiter_.period_s = period_s;
   // Joints the arm does not have never move; any limits do for them.
@@ -58,6 +61,36 @@ Twist HandTask::desired_twist(const HandPeriod& period, const TargetState& targe
   return twist;
 }
 
+void HandTask::limit_joints(const ArmFrames& frames, const ArmJacobian& J,
+                            const std::array<double, kMaxJoints>& wanted, HandPeriod& period) {
+  const MotionLimiter<kMaxJoints> before = limiter_;
+  for (const LimitFlags flags : limiter_.limit(wanted)) period.joint_flags |= flags;
+
+  const Vector3 arm_mm = frames.T_W_H.R * tool_mm_;
+  ArmJacobian J_tool = J;
+  for (int i = 0; i < arm_.joints; ++i) {
+    J_tool.col(i).head<3>() += Vector3(J.col(i).tail<3>()).cross(arm_mm);
+  }
+  // Where the tool will be at the end of this period, the drives' lag made up for.
+  Vector3 tool_mm = frames.T_W_H.t_mm + arm_mm;
+  for (int i = 0; i < arm_.joints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double way =
+        drive_lag_s_ * followed_rad_per_s_[i] + period_s_ * limiter_.last[k].velocity_rad_per_s;
+    tool_mm += way * J_tool.col(i).head<3>();
+  }
+  const ToolRoom room = stopping_room(arm_, J_tool, tool_mm, limiter_.last, period_s_);
+  const Vector3 now_mm = frames.T_W_H.t_mm + arm_mm;
+  // Where the tool is out already, it may not go farther.
+  const bool inside = (room.min_mm.array() >= hand_limits_.box_min_mm.cwiseMin(now_mm).array()).all() &&
+                      (room.max_mm.array() <= hand_limits_.box_max_mm.cwiseMax(now_mm).array()).all();
+  if (!inside) {
+    limiter_ = before;
+    (void)limiter_.brake();
+    period.joint_flags |= kBoxLimited;
+  }
+}
+
 HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::optional<TargetState>& target,
                           const std::optional<TargetState>& ahead) {
   HandPeriod period;
@@ -68,18 +101,26 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
 
   if (feedback.state != ArmState::kEnabled) {
     // Drives that do not follow: be ready to start from where they are.
-    expected_rad_ = q;
-    expected_rad_per_s_.setZero();
+    reference_rad_ = q;
+    reference_rad_per_s_.setZero();
+    followed_rad_per_s_.setZero();
     tool_twist_ = {};
     held_orientation_.reset();
     for (std::size_t i = 0; i < kMaxJoints; ++i) limiter_.last[i] = {feedback.position_rad[i], 0, 0, 0};
     period.at_rest = true;
     return period;
   }
-  period.hand = to_twist(J * expected_rad_per_s_);
-  const JointVector deviation = expected_rad_ - q;
+  period.hand = to_twist(J * followed_rad_per_s_);
+  const JointVector deviation = reference_rad_ - q;
   period.following_error = !(deviation.cwiseAbs().maxCoeff() <= following_error_rad_);
 
+  // Where the joints will be when the drives have followed what they were sent: what limits count from.
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    limiter_.last[i].position_rad =
+        feedback.position_rad[i] + drive_lag_s_ * followed_rad_per_s_[static_cast<Eigen::Index>(i)];
+  }
+
+  JointVector correction = JointVector::Zero();
   if (mode == Mode::kSafeStop || !is_armed(mode)) {
     period.at_rest = limiter_.brake();
     tool_twist_ = {};
@@ -96,13 +137,14 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     tool_twist_ = limited.twist;
     period.hand_flags = limited.flags;
     const Twist twist = of_point(limited.twist, -arm_mm);
-    // [3.31]. q_d is the integral of what was sent, as the drives should have followed it by now: the inverse
-    // kinematics of the integrated pose [3.30] without a branch to choose.
-    const VelocityStep step = joint_velocity(arm_, J, twist, expected_rad_, q, joint_servo_);
+    // [3.31]. q_d is the integral of J^+ [v; w], as the drives should have followed it by now: the inverse
+    // kinematics of the integrated pose [3.30] without a branch to choose. Who pushes the arm is pushed back.
+    const VelocityStep step = joint_velocity(arm_, J, twist, reference_rad_, q, joint_servo_);
+    correction = joint_servo_.position_per_s * deviation;
     period.smallest_singular_value = step.smallest_singular_value;
     std::array<double, kMaxJoints> wanted{};
     for (int i = 0; i < arm_.joints; ++i) wanted[static_cast<std::size_t>(i)] = step.velocity_rad_per_s[i];
-    for (const LimitFlags flags : limiter_.limit(wanted)) period.joint_flags |= flags;
+    limit_joints(frames, J, wanted, period);
     period.at_rest = true;
     for (const JointMotion& joint : limiter_.last) {
       period.at_rest = period.at_rest && std::abs(joint.velocity_rad_per_s) < 1e-3;
@@ -112,8 +154,11 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     const double sent = limiter_.last[i].velocity_rad_per_s;
     period.velocity_rad_per_s[i] = sent;
     const auto k = static_cast<Eigen::Index>(i);
-    expected_rad_per_s_[k] += lag_share_ * (sent - expected_rad_per_s_[k]);
-    expected_rad_[k] += period_s_ * expected_rad_per_s_[k];
+    followed_rad_per_s_[k] += lag_share_ * (sent - followed_rad_per_s_[k]);
+    const bool is_held = (arm_.held >> i & 1U) != 0;
+    const double referred = is_held ? 0 : sent - correction[k];
+    reference_rad_per_s_[k] += lag_share_ * (referred - reference_rad_per_s_[k]);
+    reference_rad_[k] += period_s_ * reference_rad_per_s_[k];
   }
   return period;
 }

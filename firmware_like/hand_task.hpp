@@ -44,6 +44,8 @@ class HandTask {
  private:
   HandPeriod step(Mode mode, const ArmFeedback& feedback, const std::optional<TargetState>& target,
                   const std::optional<TargetState>& ahead);
+  void limit_joints(const ArmFrames& frames, const ArmJacobian& J,
+                    const std::array<double, kMaxJoints>& wanted, HandPeriod& period);
   [[nodiscard]] Twist desired_twist(const HandPeriod& period, const TargetState& target,
                                     const TargetState& ahead);
 
@@ -54,14 +56,17 @@ class HandTask {
   Vector3 tool_mm_ = Vector3::Zero();
   DesiredRelation relation_;
   std::int64_t drive_lag_ns_ = 0;
+  double drive_lag_s_ = 0;
   double following_error_rad_ = 0;
   double period_s_ = 0;
   double lag_share_ = 1;  // of the way to its command that a drive goes in a period
 
   MotionLimiter<kMaxJoints> limiter_;
-  // What the drives should have made of the commands by now.
-  JointVector expected_rad_ = JointVector::Zero();
-  JointVector expected_rad_per_s_ = JointVector::Zero();
+  // What the drives should have made by now of all that was sent, and q_d: of it without the correction of
+  // the joints' own deviations.
+  JointVector followed_rad_per_s_ = JointVector::Zero();
+  JointVector reference_rad_per_s_ = JointVector::Zero();
+  JointVector reference_rad_ = JointVector::Zero();
   Twist tool_twist_;                         // last limited
   std::optional<Matrix3> held_orientation_;  // R_W_H, where only the position is to follow
 };

@@ -140,9 +140,9 @@ Outcome teleport(const RunOptions& options) {
 
 Outcome shove(const RunOptions& options) {
   constexpr double kShoves_s[] = {4, 7, 10};
-  // Of joints 2 to 7, in rad/s, at once: some 30 mm at the hand.
+  // In rad/s, at once: some 20 mm at the hand before the drives have braked it.
   constexpr plant::JointArray kJumps[] = {
-      {0, 1.2, 0, 0, 0, 0, 0}, {0, 0, 1.5, -1.5, 0, 0, 0}, {0, -0.6, 0, 1.2, 2, 2, -2}};
+      {0, 0.5, 0, 0, 0, 0, 0}, {0, 0, 1.0, -1.0, 0, 0, 0}, {0, -0.3, 0, 0.6, 1, 1, -1}};
   LoopSetup setup = crab_before_the_hand(
       "kind = \"sine\"\npose = [0, 0, 500, 0, 0, 0]\namplitude = [40, 20, 0, 0, 0, 0.05]\nomega_rad_s = "
       "0.8\n",
