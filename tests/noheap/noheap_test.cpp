@@ -9,6 +9,7 @@
 #include "algo/iterative_inverse.hpp"
 #include "algo/pa10.hpp"
 #include "tests/noheap/heap_counter.hpp"
+#include "tests/support/ideal_robot.hpp"
 #include "tests/support/small_world.hpp"
 
 namespace vergence {
@@ -91,6 +92,57 @@ TEST(NoHeap, PeriodsOfTheHandServoDoNotAllocate) {
   EXPECT_EQ(configured, Status::kOk);
   EXPECT_EQ(taken, 16);  // of 19: three outliers are left out
   EXPECT_EQ(moving, 300);
+}
+
+// Everything between the devices and back: found, followed, lost, stopped and reset.
+TEST(NoHeap, TheWholeControllerDoesNotAllocate) {
+  const auto robot = std::make_unique<testing::IdealRobot>();
+  robot->run(0.1);
+  const HeapCounter counter;
+  robot->start();
+  robot->run(1);
+  const Mode following = robot->mode();
+  robot->target_there = false;
+  robot->run(0.5);
+  robot->target_there = true;
+  robot->run(0.5);
+  robot->pipeline.command(OperatorCommand::kStop);
+  robot->run(0.5);
+  robot->pipeline.command(OperatorCommand::kReset);
+  robot->run(0.1);
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_EQ(following, Mode::kServo);
+  EXPECT_EQ(robot->mode(), Mode::kIdle);
+}
+
+// From pictures to a sighting, the eyes' and the hand's motion looked up on the way.
+TEST(NoHeap, VisionDoesNotAllocate) {
+  testing::World world(TargetKind::kMarker);
+  RobotConfig config = testing::config_of_robot();
+  config.rig = world.rig;
+  config.tracker = default_settings(Method::kVergence, TargetKind::kMarker);
+  const auto vision = std::make_unique<VisionTask>();
+  const auto model = std::make_unique<MarkerModel>();
+  world.make_model(*model);
+  ASSERT_EQ(vision->configure(config, *model), Status::kOk);
+  HandHistory hand;
+  EyeHistory eyes;
+  for (int i = 0; i < 60; ++i) {
+    hand.add(2'000'000 * i, {0, 0.46, 0, 1.62, 0, -0.51, 0});
+    eyes.add(2'000'000 * i, {0, 0, 0});
+  }
+  const Transform truth = to_transform({{10, 0, 480}, {0, 0.1, 0}});
+  const testing::Picture left = world.look(world.rig.left, truth);
+  const testing::Picture right = world.look(world.rig.right, truth);
+  Sighting sighting;
+  (void)vision->step({0, 1'000'000, left.view(), right.view()}, hand, eyes, sighting);
+  const HeapCounter counter;
+  const bool seen = vision->step({1, 34'000'000, left.view(), right.view()}, hand, eyes, sighting);
+  const bool too_late = vision->step({2, 150'000'000, left.view(), right.view()}, hand, eyes, sighting);
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_TRUE(seen);
+  EXPECT_FALSE(too_late);
+  EXPECT_EQ(vision->frames_left_out(), 1U);
 }
 
 }  // namespace

@@ -1,6 +1,10 @@
 // `vergence demo`: experiments on the simulated robot.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +12,7 @@
 #include "tools/cli/commands.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/demo/scenario.hpp"
+#include "tools/run/parallel.hpp"
 
 namespace vergence::tools {
 namespace {
@@ -20,6 +25,8 @@ constexpr std::size_t kProgressSteps = 1000;
 struct Options {
   std::string scenario = kDefaultScenario;
   std::uint64_t seed = 1;
+  int seeds = 1;
+  int threads = 0;
   std::string out;
   bool list = false;
   bool json = false;
@@ -43,10 +50,49 @@ Summary run_one(const Scenario& scenario, std::uint64_t seed, const std::filesys
   options.seed = seed;
   options.out = out;
   options.progress = [&](double share) {
-    for (const auto wanted = static_cast<std::size_t>(share * kProgressSteps); shown < wanted; ++shown)
-      bar.step();
+    const auto wanted = static_cast<std::size_t>(share * kProgressSteps);
+    for (; shown < wanted; ++shown) bar.step();
   };
   return demo::run_with_report(scenario, options);
+}
+
+// The same with other seeds, each in a folder of its own: how often is each number reached?
+void run_seeds(const Scenario& scenario, const Options& options, const std::filesystem::path& out) {
+  std::vector<Summary> summaries(static_cast<std::size_t>(options.seeds));
+  {
+    Progress bar(scenario.name, summaries.size());
+    std::mutex mutex;
+    in_parallel(summaries.size(), options.threads, [&](std::size_t i) {
+      demo::RunOptions run;
+      run.seed = options.seed + i;
+      run.out = out / ("seed-" + std::to_string(run.seed));
+      summaries[i] = demo::run_with_report(scenario, run);
+      const std::scoped_lock lock(mutex);
+      bar.step();
+    });
+  }
+  std::printf("%s, seeds %llu to %llu\n", scenario.name, static_cast<unsigned long long>(options.seed),
+              static_cast<unsigned long long>(options.seed + summaries.size() - 1));
+  std::printf("  %-24s %12s %12s %12s  %-10s %s\n", "metric", "least", "median", "most", "target", "met");
+  for (std::size_t m = 0; m < summaries.front().metrics.size(); ++m) {
+    const Metric& first = summaries.front().metrics[m];
+    std::vector<double> values;
+    std::size_t met = 0;
+    for (const Summary& summary : summaries) {
+      values.push_back(summary.metrics[m].value);
+      met += summary.metrics[m].met() ? 1 : 0;
+    }
+    // What was not reached at all is worse than any number.
+    const double worst = first.bound == Bound::kAtMost ? std::numeric_limits<double>::infinity()
+                                                       : -std::numeric_limits<double>::infinity();
+    for (double& value : values) value = std::isnan(value) ? worst : value;
+    std::sort(values.begin(), values.end());
+    std::printf("  %-24s %12.4g %12.4g %12.4g  %-10s", first.name.c_str(), values.front(),
+                values[values.size() / 2], values.back(), target_text(first).c_str());
+    if (first.target) std::printf(" %zu of %zu", met, summaries.size());
+    std::printf("\n");
+  }
+  std::printf("reports   %s\n", (out / "seed-*").c_str());
 }
 
 void print(const Summary& summary, const std::filesystem::path& out, bool json) {
@@ -78,7 +124,11 @@ void run(const Options& options) {
   }
   const std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / scenario->name
                                                         : std::filesystem::path(options.out);
-  print(run_one(*scenario, options.seed, out), out, options.json);
+  if (options.seeds > 1) {
+    run_seeds(*scenario, options, out);
+  } else {
+    print(run_one(*scenario, options.seed, out), out, options.json);
+  }
 }
 
 }  // namespace

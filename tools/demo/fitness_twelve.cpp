@@ -38,6 +38,8 @@ Outcome fitness_twelve(const RunOptions& options) {
   double peak_z_mm = 0;
   double peak_e = 0;
   int locked = 0;
+  int right_first = 0;
+  int right_later = 0;
   int number = 0;
   for (const render::Creature& creature : render::creatures()) {
     ++number;
@@ -55,6 +57,9 @@ Outcome fitness_twelve(const RunOptions& options) {
         first_mm = first_mm.cwiseMax(off.cwiseAbs());
         first_e = std::max(first_e, e);
         locked += estimate.state == TrackState::kTracking ? 1 : 0;
+        const bool right =
+            std::abs(off[0]) <= 1 && std::abs(off[1]) <= 1 && std::abs(off[2]) <= 3 && e <= 0.02;
+        right_first += right ? 1 : 0;
         outcome.metrics.push_back(at_most(code + "_first_mm", off.norm(), "mm", std::nullopt, std::nullopt,
                                           name + ": error of the position in the first frame"));
       }
@@ -68,8 +73,15 @@ Outcome fitness_twelve(const RunOptions& options) {
                           estimate.pose.e[2], estimate.fitness, estimate.confidence,
                           static_cast<double>(estimate.state), static_cast<double>(estimate.generations)});
     }
-    later_mm = later_mm.cwiseMax((squares / (kFrames - kSettled)).cwiseSqrt());
-    later_e = std::max(later_e, std::sqrt(squares_e / (kFrames - kSettled)));
+    const Vector3 settled_mm = (squares / (kFrames - kSettled)).cwiseSqrt();
+    const double settled_e = std::sqrt(squares_e / (kFrames - kSettled));
+    const bool right =
+        settled_mm[0] <= 0.3 && settled_mm[1] <= 0.3 && settled_mm[2] <= 1 && settled_e <= 0.01;
+    right_later += right ? 1 : 0;
+    later_mm = later_mm.cwiseMax(settled_mm);
+    later_e = std::max(later_e, settled_e);
+    outcome.metrics.push_back(at_most(code + "_later_e", settled_e, "", std::nullopt, std::nullopt,
+                                      name + ": error of the orientation, RMS after 1 s"));
 
     const MapAxis x{0, {"x [mm]", -60, 3, 41}};
     const MapAxis y{1, {"y [mm]", -60, 3, 41}};
@@ -98,6 +110,10 @@ Outcome fitness_twelve(const RunOptions& options) {
   const auto largest_of = [](double a, double b) { return std::max(a, b); };
   const std::vector<tools::Metric> summary = {
       at_least("locked_in_first_frame", locked, "", 12, "0: 10 s", "of the twelve"),
+      at_least("right_in_first_frame", right_first, "", 12, std::nullopt,
+               "of the twelve: within 1, 1, 3 mm and 0.02"),
+      at_least("right_after_1s", right_later, "", 12, std::nullopt,
+               "of the twelve: RMS within 0.3, 0.3, 1 mm and 0.01"),
       at_most("first_xy_mm", largest_of(first_mm[0], first_mm[1]), "mm", 1, "10",
               "largest error in the first frame"),
       at_most("first_z_mm", first_mm[2], "mm", 3, "10", "the same"),
