@@ -20,7 +20,7 @@ TEST(DemoCommand, ListsItsScenarios) {
 
 TEST(DemoCommand, RefusesWhatItDoesNotKnow) {
   expect_refusal("demo lateral", "lateral", "--list");
-  expect_refusal("demo pool --seeds 0", "--seeds");
+  expect_refusal("demo pool --seeds 0", "--seeds", "range");
   expect_refusal("demo --seed x", "--seed");
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,8 @@
 #include "tools/cli/commands.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/demo/scenario.hpp"
+#include "tools/io/input_error.hpp"
+#include "tools/io/writable.hpp"
 #include "tools/run/parallel.hpp"
 
 namespace vergence::tools {
@@ -31,6 +34,7 @@ struct Options {
   bool list = false;
   bool json = false;
   bool all = false;
+  std::string page;
 };
 
 void list(bool json) {
@@ -104,17 +108,62 @@ void print(const Summary& summary, const std::filesystem::path& out, bool json) 
               (out / "report.html").c_str());
 }
 
+// What all of them gave, for the documentation.
+void write_page(const std::filesystem::path& file, const std::vector<Summary>& summaries) {
+  std::ofstream out(file);
+  out << "# Experiments on the simulated robot\n\n"
+         "Written by `tools/experiments.sh`; each row is from a run with seed "
+      << summaries.front().seed
+      << ". What each scenario is and how it is judged: [demo.md](demo.md).\n"
+         "Targets that were not reached stand as measured.\n";
+  std::size_t targets = 0;
+  std::size_t met = 0;
+  for (const Summary& summary : summaries) {
+    for (const Metric& metric : summary.metrics) {
+      if (!metric.target) continue;
+      ++targets;
+      met += metric.met() ? 1 : 0;
+    }
+  }
+  out << "\n" << met << " of " << targets << " targets are reached.\n";
+  for (const Summary& summary : summaries) {
+    out << "\n## " << summary.scenario << "\n\n"
+        << demo::find_scenario(summary.scenario)->description << "\n\n"
+        << "| metric | value | unit | target | thesis | | what it is |\n|---|---|---|---|---|---|---|\n";
+    for (const Metric& metric : summary.metrics) {
+      out << "| `" << metric.name << "` | " << value_text(metric.value) << " | " << metric.unit << " | "
+          << target_text(metric) << " | " << metric.thesis.value_or("-") << " | "
+          << (!metric.target ? ""
+              : metric.met() ? "met"
+                             : "**not reached**")
+          << " | " << metric.explanation << " |\n";
+    }
+    out << "\n`vergence demo " << summary.scenario << " --seed " << summary.seed << "`, signature `"
+        << summary.signature << "`, " << value_text(summary.duration_s) << " s simulated.\n";
+  }
+  out.close();
+  if (!out) throw InputError(file, "", "cannot be written");
+}
+
+void run_all(const Options& options) {
+  if (!options.page.empty()) require_writable(options.page);
+  std::vector<Summary> summaries;
+  for (const Scenario& scenario : demo::scenarios()) {
+    const std::filesystem::path out =
+        std::filesystem::path(options.out.empty() ? "out" : options.out) / scenario.name;
+    summaries.push_back(run_one(scenario, options.seed, out));
+    print(summaries.back(), out, options.json);
+  }
+  if (!options.page.empty()) write_page(options.page, summaries);
+}
+
 void run(const Options& options) {
   if (options.list) {
     list(options.json);
     return;
   }
   if (options.all) {
-    for (const Scenario& scenario : demo::scenarios()) {
-      const std::filesystem::path out =
-          std::filesystem::path(options.out.empty() ? "out" : options.out) / scenario.name;
-      print(run_one(scenario, options.seed, out), out, options.json);
-    }
+    run_all(options);
     return;
   }
   const Scenario* scenario = demo::find_scenario(options.scenario);
@@ -139,11 +188,21 @@ void add_demo_command(CLI::App& app) {
   command->add_option("SCENARIO", options->scenario, "Which; see --list")->capture_default_str();
   command->add_option("--seed", options->seed, "Of noise and of all that is random")->capture_default_str();
   command
+      ->add_option("--seeds", options->seeds,
+                   "Run it so many times, from that seed on, and say how often it succeeds")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--threads", options->threads, "That share runs with several seeds; 0: all cores")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command
       ->add_option("-o,--out", options->out,
                    "Folder for report.html, log.csv, summary.json; default: out/SCENARIO")
       ->type_name("DIR");
   command->add_flag("--list", options->list, "Name the scenarios");
   command->add_flag("--all", options->all, "Run them all, each into a folder of its own");
+  command->add_option("--page", options->page, "With --all: all numbers as a page of Markdown")
+      ->type_name("FILE");
   command->add_flag("--json", options->json, "For machines: names or summaries as JSON");
   command->footer(
       "Time is virtual: a run gives the same log and signature on every machine, however fast.\n"
