@@ -2,6 +2,7 @@
 // of is counted right. (The experiments at full length: `vergence demo --all`.)
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -72,6 +73,22 @@ TEST(Demo, TheSameSeedIsTheSameRunAndAnotherIsNot) {
   const tools::LogTable first = run(setup, 1, directory.path());
   EXPECT_EQ(first.signature(), run(setup, 1, directory.path()).signature());
   EXPECT_NE(first.signature(), run(setup, 2, directory.path()).signature());
+}
+
+TEST(Demo, TheWallClockChangesNothingButTheTimeItTakes) {
+  const TempDirectory directory;
+  LoopSetup setup = swaying_marker(true);
+  setup.duration_s = 0.4;
+  const std::string signature = run(setup, 1, directory.path()).signature();
+  RunOptions options;
+  options.out = directory.path();
+  options.wall_clock = true;
+  const auto begun = std::chrono::steady_clock::now();
+  ClosedLoop loop(setup, options);
+  loop.run();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begun;
+  EXPECT_GE(took.count(), 0.399);  // it never runs ahead; how far behind is the machine's affair
+  EXPECT_EQ(loop.log().signature(), signature);
 }
 
 TEST(Demo, TheMarkerIsSeenAndFollowedThroughPictures) {

@@ -34,6 +34,7 @@ struct Options {
   bool list = false;
   bool json = false;
   bool all = false;
+  bool wall_clock = false;
   std::string page;
 };
 
@@ -47,11 +48,12 @@ void list(bool json) {
   for (const Scenario& scenario : demo::scenarios()) std::printf("%-18s %s\n", scenario.name, scenario.title);
 }
 
-Summary run_one(const Scenario& scenario, std::uint64_t seed, const std::filesystem::path& out) {
+Summary run_one(const Scenario& scenario, const Options& wanted, const std::filesystem::path& out) {
   Progress bar(scenario.name, kProgressSteps);
   std::size_t shown = 0;
   demo::RunOptions options;
-  options.seed = seed;
+  options.seed = wanted.seed;
+  options.wall_clock = wanted.wall_clock;
   options.out = out;
   options.progress = [&](double share) {
     const auto wanted = static_cast<std::size_t>(share * kProgressSteps);
@@ -151,7 +153,7 @@ void run_all(const Options& options) {
   for (const Scenario& scenario : demo::scenarios()) {
     const std::filesystem::path out =
         std::filesystem::path(options.out.empty() ? "out" : options.out) / scenario.name;
-    summaries.push_back(run_one(scenario, options.seed, out));
+    summaries.push_back(run_one(scenario, options, out));
     print(summaries.back(), out, options.json);
   }
   if (!options.page.empty()) write_page(options.page, summaries);
@@ -176,7 +178,7 @@ void run(const Options& options) {
   if (options.seeds > 1) {
     run_seeds(*scenario, options, out);
   } else {
-    print(run_one(*scenario, options.seed, out), out, options.json);
+    print(run_one(*scenario, options, out), out, options.json);
   }
 }
 
@@ -201,6 +203,7 @@ void add_demo_command(CLI::App& app) {
       ->type_name("DIR");
   command->add_flag("--list", options->list, "Name the scenarios");
   command->add_flag("--all", options->all, "Run them all, each into a folder of its own");
+  command->add_flag("--wall-clock", options->wall_clock, "Simulate no faster than real time");
   command->add_option("--page", options->page, "With --all: all numbers as a page of Markdown")
       ->type_name("FILE");
   command->add_flag("--json", options->json, "For machines: names or summaries as JSON");

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 
 #include "hal/clock.hpp"
 #include "tools/draw/overlay.hpp"
@@ -67,6 +68,7 @@ ClosedLoop::ClosedLoop(const LoopSetup& setup, const RunOptions& options)
       photo_(std::make_unique<PhotoModel>()),
       pipeline_(std::make_unique<Pipeline>()),
       camera_(std::make_unique<Camera>()),
+      wall_clock_(options.wall_clock),
       hand_was_(kHandWas) {
   render::SceneOverrides overrides;
   overrides.seed = options.seed;
@@ -186,7 +188,14 @@ void ClosedLoop::look() {
   }
 }
 
+void ClosedLoop::keep_pace() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!began_) began_ = now - std::chrono::nanoseconds(t_ns_);
+  std::this_thread::sleep_until(*began_ + std::chrono::nanoseconds(t_ns_));
+}
+
 void ClosedLoop::tick() {
+  if (wall_clock_) keep_pace();
   world_->advance_to(t_ns_);
   hand_was_[static_cast<std::size_t>(t_ns_ / kTick_ns) % kHandWas] = world_->T_W_H();
   operate();

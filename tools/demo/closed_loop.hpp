@@ -2,6 +2,7 @@
 // bits, however fast the machine.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -61,6 +62,7 @@ class ClosedLoop {
 
   void build_models(const RunOptions& options, const render::Scene& scene);
   void tick();
+  void keep_pace();
   void operate();
   void give_pose();
   void look();
@@ -78,6 +80,8 @@ class ClosedLoop {
   std::unique_ptr<plant::World> world_;
   LoopLog log_;
   std::int64_t t_ns_ = 0;
+  bool wall_clock_ = false;
+  std::optional<std::chrono::steady_clock::time_point> began_;
   std::vector<Transform> hand_was_;  // each millisecond, in a ring
   std::optional<SeenFrame> fresh_;   // since the last row
   std::optional<SeenFrame> last_seen_;
