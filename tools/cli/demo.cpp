@@ -56,8 +56,8 @@ Summary run_one(const Scenario& scenario, const Options& wanted, const std::file
   options.wall_clock = wanted.wall_clock;
   options.out = out;
   options.progress = [&](double share) {
-    const auto wanted = static_cast<std::size_t>(share * kProgressSteps);
-    for (; shown < wanted; ++shown) bar.step();
+    const auto steps = static_cast<std::size_t>(share * kProgressSteps);
+    for (; shown < steps; ++shown) bar.step();
   };
   return demo::run_with_report(scenario, options);
 }
