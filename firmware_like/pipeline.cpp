@@ -3,6 +3,12 @@
 #include "hal/clock.hpp"
 
 namespace vergence {
+namespace {
+
+// So long the drives may take to clear a fault before the operator has to ask again.
+constexpr std::int64_t kResetTime_ns = 1'000'000'000;
+
+}  // namespace
 
 Status Pipeline::configure_rest(const RobotConfig& config) {
   config_ = config;
@@ -28,6 +34,16 @@ Status Pipeline::configure(const RobotConfig& config, const PhotoModel& model) {
 
 Status Pipeline::configure_given(const RobotConfig& config) {
   return configure_rest(config);
+}
+
+void Pipeline::command(OperatorCommand command) {
+  const bool is_drive_faulty = config_.has_arm && feedback_.state == ArmState::kFault;
+  if (command == OperatorCommand::kReset && is_drive_faulty) {
+    reset_until_ns_ = arm_period_.t_ns + kResetTime_ns;
+    return;
+  }
+  if (command == OperatorCommand::kStop) reset_until_ns_ = 0;
+  supervisor_.command(command);
 }
 
 void Pipeline::put_sighting(std::int64_t now_ns, const Sighting& sighting) {
@@ -91,6 +107,14 @@ void Pipeline::plan(std::int64_t now_ns) {
   // A controlled stop first, torque off only at rest; at once where the drives are broken anyway.
   const bool stopping = period.mode == Mode::kSafeStop && !period.hand.at_rest;
   period.request = is_armed(period.mode) || stopping ? ArmRequest::kEnable : ArmRequest::kDisable;
+  if (now_ns < reset_until_ns_) {
+    if (feedback_.state == ArmState::kFault) {
+      period.request = ArmRequest::kResetFault;
+    } else {
+      reset_until_ns_ = 0;
+      supervisor_.command(OperatorCommand::kReset);
+    }
+  }
 }
 
 void Pipeline::move(std::int64_t now_ns, const ArmFeedback* feedback) {

@@ -74,7 +74,7 @@ class Pipeline {
   void put_sighting(std::int64_t now_ns, const Sighting& sighting);
 
   // From the thread that runs step_arm().
-  void command(OperatorCommand command) { supervisor_.command(command); }
+  void command(OperatorCommand command);
   void report_missed_deadlines(int in_a_row) { missed_deadlines_ = in_a_row; }
 
   // For telemetry, each in its own task's thread.
@@ -108,6 +108,7 @@ class Pipeline {
   bool eyes_seen_once_ = false;
   SelfTestResult self_test_;
   int missed_deadlines_ = 0;
+  std::int64_t reset_until_ns_ = 0;  // a reset is wanted, and the drives are asked to clear their fault
   ArmPeriod arm_period_;
 
   // The eyes' task.

@@ -88,6 +88,7 @@ class IdealRobot {
   std::int64_t t_ns = 0;
   bool arm_answers = true;
   bool arm_obeys = true;
+  bool fault_clears = true;  // when the drives are asked to
   bool camera_answers = true;
   bool target_there = true;
   std::int64_t late_ns = -20'000'000;  // of sightings, after their release
@@ -103,6 +104,9 @@ class IdealRobot {
       feedback.state = ArmState::kEnabled;
     }
     if (arm.requested() == ArmRequest::kDisable && feedback.state == ArmState::kEnabled) {
+      feedback.state = ArmState::kDisabled;
+    }
+    if (arm.requested() == ArmRequest::kResetFault && feedback.state == ArmState::kFault && fault_clears) {
       feedback.state = ArmState::kDisabled;
     }
     const bool driven = feedback.state == ArmState::kEnabled && arm_obeys;

@@ -196,6 +196,29 @@ TEST_P(PipelineTrouble, EndsInAStop) {
   EXPECT_TRUE(found);
 }
 
+TEST(Pipeline, ClearsADrivesFaultWhenItIsReset) {
+  const auto it = robot();
+  it->start();
+  it->run(1);
+  it->feedback.state = ArmState::kFault;
+  it->fault_clears = false;
+  it->run(0.1);
+  ASSERT_EQ(it->mode(), Mode::kFault);
+  it->pipeline.command(OperatorCommand::kReset);
+  it->run(0.1);
+  EXPECT_EQ(it->arm.requested(), ArmRequest::kResetFault);
+  EXPECT_EQ(it->mode(), Mode::kFault);
+  it->run(1);  // the drives do not clear it, so nobody goes on asking
+  EXPECT_EQ(it->arm.requested(), ArmRequest::kDisable);
+  it->fault_clears = true;
+  it->run(0.1);
+  EXPECT_EQ(it->mode(), Mode::kFault);
+  it->pipeline.command(OperatorCommand::kReset);
+  it->run(0.1);
+  EXPECT_EQ(it->mode(), Mode::kIdle);
+  EXPECT_EQ(it->arm.requested(), ArmRequest::kDisable);
+}
+
 TEST(Pipeline, WaitsWhileTheTargetIsGoneAndGoesOnWhenItIsBack) {
   const auto it = robot();
   it->target = [](double t_s) { return in_hand(80 * sin_cos(t_s).sine, -100, 545); };
