@@ -209,6 +209,8 @@ void ArmMaster::publish() {
 }
 
 void ArmMaster::process(std::int64_t now_ns, const CanHealth& health, const FrameSink& sink) {
+  too_soon_ = sync_sent_ && now_ns - sync_ns_ < config_.sync_period_ns / 2;
+  if (too_soon_) return;
   now_ns_ = now_ns;
   if (state_ == State::kOn) ++periods_without_command_;
   for (std::size_t i = 0; i < count_; ++i) axes_[i].process(now_ns, sink);
@@ -244,7 +246,7 @@ bool ArmMaster::read(ArmFeedback& feedback) {
 
 void ArmMaster::command(const std::array<double, kMaxJoints>& velocity_rad_per_s, const FrameSink& sink) {
   periods_without_command_ = 0;
-  if (state_ != State::kOn) return;
+  if (state_ != State::kOn || too_soon_) return;
   velocity_rad_per_s_ = velocity_rad_per_s;
   send_all(sink);
 }

@@ -3,6 +3,9 @@
 //
 // A period, in this order: process() takes what came since the last one, judges it, and sends SYNC; read()
 // gives the positions the SYNC before asked for; command() sends velocities, which act from the next SYNC.
+// A period that comes less than half a period after the last is left out: a task that was late and hurries
+// has not given the drives time to answer.
+//
 // While the arm is being stopped, process() sends the quick stop before SYNC, so that it acts at once.
 #pragma once
 
@@ -72,6 +75,7 @@ class ArmMaster {
   std::int64_t sync_ns_ = 0;
   bool sync_sent_ = false;
   bool sync_refused_ = false;
+  bool too_soon_ = false;
   State state_ = State::kBoot;
   std::int64_t since_ns_ = 0;  // in this state
   bool resetting_ = false;     // booting after a fault
