@@ -38,7 +38,8 @@ PdoWrites pdo_writes(const PdoConfig& config) {
   writes.add({mapping, 0, 1, 0});
   std::uint8_t sub = 0;
   for (const PdoEntry& entry : config.entries) {
-    const std::uint32_t object = static_cast<std::uint32_t>(entry.index) << 16 | entry.sub << 8U | entry.bits;
+    const std::uint32_t object =
+        std::uint32_t{entry.index} << 16 | std::uint32_t{entry.sub} << 8 | entry.bits;
     writes.add({mapping, ++sub, 4, object});
   }
   writes.add({mapping, 0, 1, sub});

@@ -29,6 +29,22 @@ TEST(CanopenBootFaultTest, NeverBooted) {
   EXPECT_EQ(robot.fault().t_ns, 1'004'000'000);  // a period after its second, counted from the reset
 }
 
+// Switched on just before it is told to reset, a drive boots twice; but not again and again.
+TEST(CanopenBootFaultTest, BootsOnceMoreAndNotAgain) {
+  CanopenRobot robot;
+  robot.run(20);
+  robot.drives[4].restart();
+  EXPECT_TRUE(robot.boot()) << describe(robot.fault()).data();
+  EXPECT_EQ(robot.drives[4].objects().number(kHeartbeatProducer, 0), 20U);  // told once more
+
+  CanopenRobot other;
+  other.run(20);
+  other.drives[4].restart();
+  other.run(20);
+  other.drives[4].restart();
+  expect_never_enabled(other, "axis 5: restarted by itself", 100);
+}
+
 TEST(CanopenBootFaultTest, SdoRefused) {
   CanopenRobot robot;
   robot.drives[1].refuse(kQuickStopDeceleration, 0, 0x06090031);

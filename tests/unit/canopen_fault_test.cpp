@@ -360,6 +360,35 @@ TEST(CanopenToleranceTest, OneMissingPdoMayBeTolerated) {
   EXPECT_EQ(robot.fault().kind, ArmFaultKind::kPdoMissing);
 }
 
+// Of the velocity mode's own measure: what a joint was behind is forgotten, over a second and by enabling.
+TEST(CanopenToleranceTest, ADriveThatTurnsALittleTooFastIsNoFollowingError) {
+  CanopenArmConfig config = config_of_drives();
+  for (CanopenAxisConfig& axis : config.axis) {
+    axis.velocity_units_per_rad_per_s *= 1.02;
+    axis.max_rad = 100;
+  }
+  CanopenRobot robot(config);
+  ASSERT_TRUE(robot.move());
+  robot.run(10'000);  // 20 s at 0.01 rad/s too fast would be 0.2 rad
+  EXPECT_EQ(robot.feedback.state, ArmState::kEnabled) << describe(robot.fault()).data();
+}
+
+TEST(CanopenToleranceTest, EnablingBeginsWithoutAFollowingError) {
+  CanopenRobot robot;
+  ASSERT_TRUE(robot.move());
+  robot.drives[kSick].jam(true);
+  ASSERT_TRUE(robot.run_until(ArmState::kFault, 130));
+  robot.drives[kSick].jam(false);
+  robot.request = ArmRequest::kDisable;
+  robot.run(20);
+  robot.arm.request(ArmRequest::kResetFault);
+  ASSERT_TRUE(robot.run_until(ArmState::kDisabled, 5));
+  ASSERT_TRUE(robot.enable());
+  robot.velocity_rad_per_s.fill(1.9);
+  robot.run(30);
+  EXPECT_EQ(robot.feedback.state, ArmState::kEnabled) << describe(robot.fault()).data();
+}
+
 // A task that was late and hurries to catch up has not given the drives time to answer.
 TEST(CanopenToleranceTest, APeriodThatComesTooSoonIsLeftOut) {
   for (const CyclicMode mode : {CyclicMode::kVelocity, CyclicMode::kPosition}) {
