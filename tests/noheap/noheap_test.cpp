@@ -9,6 +9,7 @@
 #include "algo/iterative_inverse.hpp"
 #include "algo/pa10.hpp"
 #include "tests/noheap/heap_counter.hpp"
+#include "tests/support/canopen_robot.hpp"
 #include "tests/support/ideal_robot.hpp"
 #include "tests/support/small_world.hpp"
 
@@ -113,6 +114,28 @@ TEST(NoHeap, TheWholeControllerDoesNotAllocate) {
   EXPECT_EQ(counter.calls(), 0);
   EXPECT_EQ(following, Mode::kServo);
   EXPECT_EQ(robot->mode(), Mode::kIdle);
+}
+
+// Seven drives booted, moved, stopped by a fault, and reset; the drives' own side too.
+TEST(NoHeap, TheArmsBusDoesNotAllocate) {
+  const auto robot = std::make_unique<testing::CanopenRobot>();
+  const HeapCounter counter;
+  const bool moved = robot->move();
+  robot->drives[2].fail(0x4310);
+  robot->request = ArmRequest::kDisable;
+  robot->run(100);
+  const canopen::FaultText words = canopen::describe(robot->fault());
+  robot->arm.request(ArmRequest::kResetFault);
+  const bool reset = robot->run_until(ArmState::kDisabled, 100);
+  const bool enabled = robot->enable();
+  robot->master_port().set_off(true);
+  robot->run(10);
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_TRUE(moved);
+  EXPECT_TRUE(reset);
+  EXPECT_TRUE(enabled);
+  EXPECT_STREQ(words.data(), "axis 3: emergency: 0x4310, drive too hot");
+  EXPECT_EQ(robot->fault().kind, canopen::ArmFaultKind::kBusOff);
 }
 
 // From pictures to a sighting, the eyes' and the hand's motion looked up on the way.

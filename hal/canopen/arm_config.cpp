@@ -1,0 +1,138 @@
+#include "hal/canopen/arm_config.hpp"
+
+#include <cmath>
+
+#include "hal/canopen/nmt.hpp"
+
+namespace vergence::canopen {
+namespace {
+
+constexpr double kMaxInteger = 2147483647.0;
+constexpr std::int64_t kNsPerMs = 1'000'000;
+
+bool is_positive(double x) {
+  return x > 0 && std::isfinite(x);
+}
+
+// Both ends inside what 32 bits hold.
+bool fits(double rad, const CanopenAxisConfig& axis) {
+  return std::abs(rad * axis.counts_per_rad + axis.zero_counts) <= kMaxInteger;
+}
+
+bool is_cob_id(std::uint32_t cob_id) {
+  return cob_id >= 0x181 && cob_id <= 0x57F;
+}
+
+// 16 bits of milliseconds, as heartbeats have it.
+bool is_heartbeat_time(std::int64_t ns) {
+  return ns >= kNsPerMs && ns <= 0xFFFF * kNsPerMs && ns % kNsPerMs == 0;
+}
+
+ConfigFinding check(const CanopenAxisConfig& axis) {
+  if (axis.node_id < 1 || axis.node_id > kMaxNodeId) return ConfigFinding::kNodeId;
+  const double counts = axis.counts_per_rad;
+  const double units = axis.velocity_units_per_rad_per_s;
+  if (!is_positive(std::abs(counts)) || !is_positive(std::abs(units)) || (counts > 0) != (units > 0)) {
+    return ConfigFinding::kScale;
+  }
+  if (!std::isfinite(axis.min_rad) || !std::isfinite(axis.max_rad) || !(axis.min_rad < axis.max_rad) ||
+      !fits(axis.min_rad, axis) || !fits(axis.max_rad, axis)) {
+    return ConfigFinding::kRange;
+  }
+  const bool limits_positive = is_positive(axis.max_velocity_rad_per_s) &&
+                               is_positive(axis.quick_stop_rad_per_s2) &&
+                               is_positive(axis.following_error_rad);
+  if (!limits_positive || std::abs(axis.max_velocity_rad_per_s * units) > kMaxInteger ||
+      std::abs(axis.quick_stop_rad_per_s2 * units) > kMaxInteger ||
+      std::abs(axis.following_error_rad * counts) > kMaxInteger) {
+    return ConfigFinding::kLimit;
+  }
+  if (!is_cob_id(rpdo_cob_id(axis)) || !is_cob_id(tpdo_cob_id(axis))) return ConfigFinding::kCobId;
+  return ConfigFinding::kNone;
+}
+
+bool share_cob_id(const CanopenAxisConfig& a, const CanopenAxisConfig& b) {
+  return rpdo_cob_id(a) == rpdo_cob_id(b) || tpdo_cob_id(a) == tpdo_cob_id(b) ||
+         rpdo_cob_id(a) == tpdo_cob_id(b) || tpdo_cob_id(a) == rpdo_cob_id(b);
+}
+
+}  // namespace
+
+std::uint32_t rpdo_cob_id(const CanopenAxisConfig& axis) {
+  return axis.rpdo_cob_id != 0 ? axis.rpdo_cob_id : kRpdo1CobId + axis.node_id;
+}
+
+std::uint32_t tpdo_cob_id(const CanopenAxisConfig& axis) {
+  return axis.tpdo_cob_id != 0 ? axis.tpdo_cob_id : kTpdo1CobId + axis.node_id;
+}
+
+ConfigResult check(const CanopenArmConfig& config) {
+  if (config.axes < 1 || config.axes > kMaxJoints) return {ConfigFinding::kAxes, -1};
+  if (config.master_node_id < 1 || config.master_node_id > kMaxNodeId) return {ConfigFinding::kNodeId, -1};
+  for (int i = 0; i < config.axes; ++i) {
+    const CanopenAxisConfig& axis = config.axis[static_cast<std::size_t>(i)];
+    if (const ConfigFinding finding = check(axis); finding != ConfigFinding::kNone) return {finding, i};
+    if (axis.node_id == config.master_node_id) return {ConfigFinding::kNodeIdTwice, i};
+    if (rpdo_cob_id(axis) == tpdo_cob_id(axis)) return {ConfigFinding::kCobIdTwice, i};
+    for (int j = 0; j < i; ++j) {
+      const CanopenAxisConfig& other = config.axis[static_cast<std::size_t>(j)];
+      if (axis.node_id == other.node_id) return {ConfigFinding::kNodeIdTwice, i};
+      if (share_cob_id(axis, other)) return {ConfigFinding::kCobIdTwice, i};
+    }
+  }
+  constexpr std::int64_t kStep_ns = 100'000;
+  if (config.sync_period_ns < kStep_ns || config.sync_period_ns > 255 * kStep_ns ||
+      config.sync_period_ns % kStep_ns != 0) {
+    return {ConfigFinding::kPeriod, -1};
+  }
+  if (!is_heartbeat_time(config.heartbeat_ns) || !is_heartbeat_time(config.heartbeat_timeout_ns) ||
+      config.heartbeat_timeout_ns < config.heartbeat_ns + config.sync_period_ns) {
+    return {ConfigFinding::kHeartbeat, -1};
+  }
+  if (config.boot_timeout_ns <= 0 || config.sdo_timeout_ns <= 0 || config.enable_timeout_ns <= 0 ||
+      config.stop_timeout_ns <= 0) {
+    return {ConfigFinding::kTimeout, -1};
+  }
+  if (config.tolerated_missing_pdos < 0 || config.tolerated_missing_pdos > 1 ||
+      config.most_missed_commands < 0 || !is_positive(config.rest_rad_per_s) ||
+      (config.must_be_homed && !config.read_homing)) {
+    return {ConfigFinding::kTolerance, -1};
+  }
+  return {};
+}
+
+const char* describe(ConfigFinding finding) {
+  switch (finding) {
+    case ConfigFinding::kNone: return "ok";
+    case ConfigFinding::kAxes: return "the number of axes is not 1 to 7";
+    case ConfigFinding::kNodeId: return "a node id is not 1 to 127";
+    case ConfigFinding::kNodeIdTwice: return "two nodes have the same id";
+    case ConfigFinding::kScale: return "a scale is zero or not finite, or the two of an axis differ in sign";
+    case ConfigFinding::kRange:
+      return "the range of an axis is empty, not finite or beyond 32 bits of counts";
+    case ConfigFinding::kLimit: return "a limit of an axis is not positive, not finite or beyond 32 bits";
+    case ConfigFinding::kCobId: return "the COB-ID of a PDO is not 0x181 to 0x57F";
+    case ConfigFinding::kCobIdTwice: return "two PDOs have the same COB-ID";
+    case ConfigFinding::kPeriod: return "the SYNC period is not a multiple of 0.1 ms up to 25.5 ms";
+    case ConfigFinding::kHeartbeat:
+      return "a heartbeat time is not 1 to 65535 whole ms, or the timeout not a period longer than the beat";
+    case ConfigFinding::kTimeout: return "a timeout is not positive";
+    case ConfigFinding::kTolerance:
+      return "a tolerance is outside its range, or homing is demanded but not to be read";
+  }
+  return "unknown finding";
+}
+
+std::size_t receive_filters(const CanopenArmConfig& config, std::span<CanFilter, kMaxFilters> filters) {
+  std::size_t count = 0;
+  for (int i = 0; i < config.axes && i < kMaxJoints; ++i) {
+    const CanopenAxisConfig& axis = config.axis[static_cast<std::size_t>(i)];
+    filters[count++] = {tpdo_cob_id(axis), 0x7FF};
+    filters[count++] = {kSdoResponseCobId + axis.node_id, 0x7FF};
+    filters[count++] = {kEmergencyCobId + axis.node_id, 0x7FF};
+    filters[count++] = {kHeartbeatCobId + axis.node_id, 0x7FF};
+  }
+  return count;
+}
+
+}  // namespace vergence::canopen

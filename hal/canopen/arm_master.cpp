@@ -1,0 +1,263 @@
+#include "hal/canopen/arm_master.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vergence::canopen {
+
+template <typename Predicate>
+bool ArmMaster::all(Predicate predicate) const {
+  return std::all_of(axes_.begin(), axes_.begin() + static_cast<std::ptrdiff_t>(count_), predicate);
+}
+
+ConfigResult ArmMaster::init(const CanopenArmConfig& config, std::int64_t now_ns) {
+  *this = {};
+  if (const ConfigResult result = check(config); result.finding != ConfigFinding::kNone) return result;
+  config_ = config;
+  count_ = static_cast<std::size_t>(config.axes);
+  now_ns_ = now_ns;
+  since_ns_ = now_ns;
+  heartbeat_.init(config.master_node_id, config.heartbeat_ns);
+  for (std::size_t i = 0; i < count_; ++i) axes_[i].init(config, static_cast<int>(i), now_ns);
+  return {};
+}
+
+void ArmMaster::receive(const CanFrame& frame, std::int64_t now_ns) {
+  for (std::size_t i = 0; i < count_; ++i) axes_[i].receive(frame, now_ns);
+}
+
+void ArmMaster::enter(State state) {
+  state_ = state;
+  since_ns_ = now_ns_;
+}
+
+void ArmMaster::stop(const ArmFaultRecord& fault) {
+  if (state_ == State::kFault) return;
+  fault_ = fault;
+  stopped_ = false;
+  resetting_ = false;
+  may_enable_ = false;
+  reset_wanted_ = false;
+  velocity_rad_per_s_ = {};
+  enter(State::kFault);
+}
+
+void ArmMaster::stop_whole(ArmFaultKind kind, std::uint32_t detail) {
+  stop({now_ns_, kind, -1, 0, 0, detail});
+}
+
+void ArmMaster::judge_bus(const CanHealth& health) {
+  if (health.state == BusState::kOff || health.state == BusState::kDown) {
+    stop_whole(ArmFaultKind::kBusOff, static_cast<std::uint32_t>(health.state));
+  }
+  const bool any_refused =
+      sync_refused_ || std::find(refused_.begin(), refused_.end(), true) != refused_.end();
+  periods_refused_ = any_refused ? periods_refused_ + 1 : 0;
+  if (periods_refused_ >= 2) stop_whole(ArmFaultKind::kTransmitFull, 0);
+}
+
+// While a reset is under way, a drive may still be in the fault it is reset from.
+void ArmMaster::watch() {
+  for (std::size_t i = 0; i < count_; ++i) {
+    Axis& axis = axes_[i];
+    if (!resetting_) axis.watch_drive(now_ns_);
+    if (state_ == State::kOn) axis.watch_enabled(now_ns_);
+  }
+  if (state_ == State::kOn && periods_without_command_ > config_.most_missed_commands) {
+    stop_whole(ArmFaultKind::kNoCommand, static_cast<std::uint32_t>(periods_without_command_));
+  }
+}
+
+void ArmMaster::judge_axes() {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (axes_[i].fault().kind != ArmFaultKind::kNone) stop(axes_[i].fault());
+  }
+}
+
+bool ArmMaster::has_stopped() const {
+  if (now_ns_ - since_ns_ > config_.stop_timeout_ns) return true;
+  return all([this](const Axis& axis) {
+    if (axis.phase() != AxisPhase::kRunning) return true;
+    const DriveState drive = axis.drive();
+    return drive != DriveState::kOperationEnabled && drive != DriveState::kFaultReaction &&
+           std::abs(axis.velocity_rad_per_s()) < config_.rest_rad_per_s;
+  });
+}
+
+void ArmMaster::reset() {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (axes_[i].phase() == AxisPhase::kRunning) {
+      axes_[i].clear_fault();
+    } else {
+      axes_[i].boot(now_ns_);
+    }
+  }
+  resetting_ = true;
+  enter(State::kBoot);
+}
+
+void ArmMaster::boot() {
+  const auto is_waiting = [](const Axis& axis) {
+    return axis.phase() == AxisPhase::kConfigured || axis.phase() == AxisPhase::kRunning;
+  };
+  if (all(is_waiting)) {
+    for (std::size_t i = 0; i < count_; ++i) axes_[i].start(now_ns_);
+  }
+  const bool all_run = all([](const Axis& axis) { return axis.phase() == AxisPhase::kRunning; });
+  if (!all_run) {
+    since_ns_ = now_ns_;  // each phase of booting has its own timeout
+    return;
+  }
+  const bool all_well = all([](const Axis& axis) { return !is_fault(axis.drive()); });
+  if (all_well) {
+    resetting_ = false;
+    fault_ = {};
+    enter(State::kOff);
+  } else if (now_ns_ - since_ns_ > config_.enable_timeout_ns) {
+    resetting_ = false;  // a fault that is still there is one
+  }
+}
+
+void ArmMaster::advance_fault() {
+  stopped_ = stopped_ || has_stopped();
+  if (stopped_ && reset_wanted_) reset();
+}
+
+void ArmMaster::advance() {
+  const bool enable = wanted_ == ArmRequest::kEnable && may_enable_;
+  switch (state_) {
+    case State::kBoot: boot(); break;
+    case State::kOff:
+      if (enable) enter(State::kEnabling);
+      break;
+    case State::kEnabling:
+      if (!enable) {
+        enter(State::kOff);
+      } else if (all([](const Axis& axis) { return axis.drive() == DriveState::kOperationEnabled; })) {
+        for (std::size_t i = 0; i < count_; ++i) axes_[i].expect_following();
+        velocity_rad_per_s_ = {};
+        periods_without_command_ = 0;
+        enter(State::kOn);
+      } else if (now_ns_ - since_ns_ > config_.enable_timeout_ns) {
+        for (std::size_t i = 0; i < count_; ++i) {
+          if (axes_[i].drive() == DriveState::kOperationEnabled) continue;
+          axes_[i].fail(ArmFaultKind::kEnableTimeout, axes_[i].statusword(), now_ns_);
+        }
+        judge_axes();
+      }
+      break;
+    case State::kOn:
+      if (!enable) enter(State::kStopping);
+      break;
+    case State::kStopping:
+      if (wanted_ != ArmRequest::kQuickStop && has_stopped()) enter(State::kOff);
+      break;
+    case State::kFault: advance_fault(); break;
+  }
+  reset_wanted_ = reset_wanted_ && state_ == State::kFault;
+}
+
+DriveGoal ArmMaster::goal() const {
+  switch (state_) {
+    case State::kBoot: return resetting_ ? DriveGoal::kReset : DriveGoal::kOff;
+    case State::kOff: return DriveGoal::kOff;
+    case State::kEnabling:
+    case State::kOn: return DriveGoal::kOn;
+    case State::kStopping: return DriveGoal::kQuickStop;
+    case State::kFault:
+      return stopped_ && wanted_ == ArmRequest::kDisable ? DriveGoal::kOff : DriveGoal::kQuickStop;
+  }
+  return DriveGoal::kQuickStop;
+}
+
+void ArmMaster::send_command(std::size_t i, const FrameSink& sink) {
+  const AxisPhase phase = axes_[i].phase();
+  refused_[i] = false;
+  // An axis that failed is told to stop as well: it may still hear.
+  if (phase < AxisPhase::kAwaitStart) return;
+  const double velocity = state_ == State::kOn ? velocity_rad_per_s_[i] : 0;
+  commands_[i] = axes_[i].command(goal(), velocity);
+  refused_[i] = !sink.send(commands_[i]);
+}
+
+void ArmMaster::send_all(const FrameSink& sink) {
+  for (std::size_t i = 0; i < count_; ++i) send_command(i, sink);
+}
+
+void ArmMaster::send_refused(const FrameSink& sink) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (refused_[i]) refused_[i] = !sink.send(commands_[i]);
+  }
+}
+
+void ArmMaster::publish() {
+  if (state_ == State::kBoot && !resetting_) return;
+  for (std::size_t i = 0; i < count_; ++i) {
+    feedback_.position_rad[i] = axes_[i].position_rad();
+    feedback_.velocity_rad_per_s[i] = axes_[i].velocity_rad_per_s();
+  }
+  feedback_.fault = fault_code(fault_);
+  switch (state_) {
+    case State::kOff: feedback_.state = ArmState::kDisabled; break;
+    case State::kEnabling: feedback_.state = ArmState::kEnabling; break;
+    case State::kOn: feedback_.state = ArmState::kEnabled; break;
+    case State::kStopping: feedback_.state = ArmState::kQuickStop; break;
+    case State::kBoot:
+    case State::kFault: feedback_.state = ArmState::kFault; break;
+  }
+  fresh_ = true;
+}
+
+void ArmMaster::process(std::int64_t now_ns, const CanHealth& health, const FrameSink& sink) {
+  too_soon_ = sync_sent_ && now_ns - sync_ns_ < config_.sync_period_ns / 2;
+  if (too_soon_) return;
+  now_ns_ = now_ns;
+  if (state_ == State::kOn) ++periods_without_command_;
+  for (std::size_t i = 0; i < count_; ++i) axes_[i].process(now_ns, sink);
+  if (sync_sent_) {
+    for (std::size_t i = 0; i < count_; ++i) axes_[i].sample(now_ns, sync_ns_);
+    feedback_.stamp_ns = sync_ns_;
+  }
+  judge_bus(health);  // first: without a bus every drive is missing
+  watch();
+  judge_axes();
+  advance();
+
+  const bool stopping = state_ == State::kStopping || state_ == State::kFault;
+  if (stopping) {
+    send_all(sink);
+  } else {
+    send_refused(sink);
+  }
+  sync_sent_ = sink.send(sync_frame());
+  sync_refused_ = !sync_sent_;
+  sync_ns_ = now_ns;
+  if (!stopping && state_ != State::kOn) send_all(sink);
+  heartbeat_.process(now_ns, NmtState::kOperational, sink);
+  publish();
+}
+
+bool ArmMaster::read(ArmFeedback& feedback) {
+  if (!fresh_) return false;
+  fresh_ = false;
+  feedback = feedback_;
+  return true;
+}
+
+void ArmMaster::command(const std::array<double, kMaxJoints>& velocity_rad_per_s, const FrameSink& sink) {
+  periods_without_command_ = 0;
+  if (state_ != State::kOn || too_soon_) return;
+  velocity_rad_per_s_ = velocity_rad_per_s;
+  send_all(sink);
+}
+
+void ArmMaster::request(ArmRequest request) {
+  if (request == ArmRequest::kResetFault) {
+    reset_wanted_ = true;
+    return;
+  }
+  wanted_ = request;
+  if (request != ArmRequest::kEnable) may_enable_ = true;
+}
+
+}  // namespace vergence::canopen
