@@ -26,8 +26,8 @@ PhotoFeatures fit_confidence(const std::vector<JudgedPose>& poses, double ridge)
     for (const JudgedPose& pose : poses) {
       const Eigen::Map<const Vector> x(pose.feature.data());
       const double p = 1 / (1 + std::exp(-weight.dot(x)));
-      g += ((pose.right ? 1 : 0) - p) * x;
-      H += (p * (1 - p) + kLeastVariance) * x * x.transpose();
+      g += pose.counts * ((pose.right ? 1 : 0) - p) * x;
+      H += pose.counts * (p * (1 - p) + kLeastVariance) * x * x.transpose();
     }
     const Vector change = H.ldlt().solve(g);
     weight += change;

@@ -10,6 +10,7 @@ namespace vergence::accuracy {
 struct JudgedPose {
   PhotoFeatures feature{};
   bool right = false;
+  double counts = 1;  // as so many poses
 };
 
 // Logistic regression by iteratively reweighted least squares. `ridge` draws every weight but the first

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kUndecided_mm = 15;
 constexpr double kUndecided_e = 0.3;
+// Four of five searches of the fit are for a target that is not there; in use there are fewer.
+constexpr double kRightCounts = 2;
 constexpr double kRidge = 0.1;
 constexpr int kSeeds = 3;  // of a target that is there
 constexpr double kBelieved = 0.5;
@@ -100,7 +102,9 @@ std::vector<SearchedPose> search_for_confidence(
 PhotoFeatures fit_confidence(const std::vector<SearchedPose>& poses) {
   std::vector<JudgedPose> judged;
   for (const SearchedPose& pose : poses) {
-    if (pose.part == "fit" && !pose.undecided()) judged.push_back({pose.feature, pose.right()});
+    if (pose.part == "fit" && !pose.undecided()) {
+      judged.push_back({pose.feature, pose.right(), pose.right() ? kRightCounts : 1});
+    }
   }
   return fit_confidence(judged, kRidge);
 }
