@@ -5,27 +5,47 @@
 namespace vergence {
 namespace {
 
-// A logistic regression over poses found right and wrong. The better of the two cameras says most: a solid
-// seen obliquely by one of them looks little like its photo there. That left and right disagree speaks FOR a
-// pose: wrong ones settle on smooth places, where everything agrees with everything.
-constexpr double kBias = -20.5;
-constexpr double kMean = 11.7;
-constexpr double kBetter = 13.0;
-constexpr double kLeftRightCost = 16.3;
-constexpr double kLargestCost = 0.7;  // beyond it, the two see different things, or nothing
+// As `vergence accuracy --fit-confidence` fitted them to poses found right and wrong.
+constexpr PhotoFeatures kWeight{-3.03, 4.24, 8.62, 1.06, 6.38, 2.56, -3.24, -2.13};
 // Between one frame and the next a target stays far more often than it goes.
 constexpr double kFollowedBias = 1.0;
 
+// Beyond these, more of the same says nothing more.
+constexpr double kLargestCost = 0.7;  // the two see different things, or nothing
+constexpr double kLikeQuarter = 0.3;
+constexpr double kLargestDepth_mm = 3;
+// Real photographs have finer texture than rendered ones: how well they are fixed, wrong poses too, is to say
+// nothing for them.
+constexpr double kSmallest_e = 0.015;
+constexpr double kLargest_e = 0.05;
+constexpr double kPercent = 100;
+
+double at_most(double value, double limit) {
+  return value < limit ? value : limit;
+}
+
 }  // namespace
 
-double photo_confidence(const PhotoEvidence& evidence, bool followed) {
+PhotoFeatures photo_features(const PhotoEvidence& evidence) {
   const double mean = (evidence.left + evidence.right) / 2;
   const double better = evidence.left > evidence.right ? evidence.left : evidence.right;
-  const double cost = evidence.left_right_cost < kLargestCost ? evidence.left_right_cost
-                      : evidence.left_right_cost < 1          ? kLargestCost
-                                                              : 0;
-  return logistic(kBias + kMean * mean + kBetter * better + kLeftRightCost * cost +
-                  (followed ? kFollowedBias : 0));
+  const double cost = evidence.left_right_cost < 1 ? at_most(evidence.left_right_cost, kLargestCost) : 0;
+  const double e = evidence.e > kSmallest_e ? at_most(evidence.e, kLargest_e) : kSmallest_e;
+  return {1,
+          mean,
+          better,
+          evidence.luma,
+          at_most(evidence.worst_quarter, kLikeQuarter),
+          cost,
+          at_most(evidence.depth_mm, kLargestDepth_mm),
+          kPercent * e};
+}
+
+double photo_confidence(const PhotoEvidence& evidence, bool followed) {
+  const PhotoFeatures feature = photo_features(evidence);
+  double sum = followed ? kFollowedBias : 0;
+  for (std::size_t i = 0; i < kPhotoFeatures; ++i) sum += kWeight[i] * feature[i];
+  return logistic(sum);
 }
 
 }  // namespace vergence

@@ -15,6 +15,8 @@
 #include "algo/image.hpp"
 #include "algo/light_follower.hpp"
 #include "algo/motion_predictor.hpp"
+#include "algo/photo_confidence.hpp"
+#include "algo/photo_likeness.hpp"
 #include "algo/refine.hpp"
 #include "algo/refine_marker.hpp"
 #include "algo/relief.hpp"
@@ -124,6 +126,8 @@ class Tracker {
   // target lost and found again has it still.
   [[nodiscard]] const PhotoModel& photo_model() const { return photo_; }
   [[nodiscard]] ReliefState relief_state() const { return relief_.state(); }
+  // What bears out the last estimate; a photo-model's, Method::kVergence.
+  [[nodiscard]] PhotoEvidence photo_evidence() const { return photo_evidence_of(T_H_M_last_); }
 
  private:
   // What a pose is scored by.
@@ -155,6 +159,7 @@ class Tracker {
   void assess_photo(const Transform& T_H_M);
   [[nodiscard]] Transform refine_best_photo();
   [[nodiscard]] double photo_confidence_of(const Transform& T_H_M) const;
+  [[nodiscard]] PhotoEvidence photo_evidence_of(const Transform& T_H_M) const;
   [[nodiscard]] double marker_confidence_of(const Transform& T_H_M) const;
   [[nodiscard]] Matrix6 marker_covariance() const;
   [[nodiscard]] Matrix6 photo_covariance() const;
@@ -204,7 +209,10 @@ class Tracker {
   bool following_ = false;  // the population stays about the expected pose
   bool rescuing_ = false;   // it did, in vain, and searches everywhere now
   Transform rescue_pose_;   // where it had got to
+  // Of the pose that assess_photo() was shown last.
   Alignment photo_alignment_;
+  PhotoLikeness likeness_left_;
+  PhotoLikeness likeness_right_;
 
   // Carried over.
   MotionPredictor predictor_;

@@ -1,5 +1,4 @@
 // The photo-model within the tracker: its measures, refinement, relief and how sure it is.
-#include "algo/photo_confidence.hpp"
 #include "algo/tracker_parts.hpp"
 
 namespace vergence {
@@ -147,6 +146,10 @@ void Tracker::learn_relief(Transform& T_H_M) {
 void Tracker::assess_photo(const Transform& T_H_M) {
   photo_alignment_ =
       assess_alignment(photo_, rig_, colour_left_, colour_right_, kFinePass, workspace_, T_H_M);
+  const int points = kFinePass.points < photo_.inner ? kFinePass.points : photo_.inner;
+  const int whole = points / 4 * 4;  // as alignment samples them
+  likeness_left_ = photo_likeness(photo_, whole, workspace_.left, workspace_.photo.data());
+  likeness_right_ = photo_likeness(photo_, whole, workspace_.right, workspace_.photo.data());
 }
 
 // What alignment says, and, as long as the model is flat, what a solid's depth may have done to it: the worse
@@ -170,16 +173,27 @@ Matrix6 Tracker::photo_covariance() const {
 double Tracker::photo_confidence_of(const Transform& T_H_M) const {
   if (is_thesis()) return share_of(fitness_at(to_pose(T_H_M)), kThesisPhotoFitness);
   if (!following_ && !about_in(settings_.box, to_pose(T_H_M))) return 0;
+  return photo_confidence(photo_evidence_of(T_H_M), following_);
+}
+
+PhotoEvidence Tracker::photo_evidence_of(const Transform& T_H_M) const {
   const unsigned level = at(judge_model_.level);
   const auto likeness = [&](const CameraModel& camera, const ColourPyramid& pyramid, const Transform& T_C_M) {
     return static_cast<double>(
                correlation(judge_model_, photo_, camera, level_of(pyramid, judge_model_.level), T_C_M)) /
            static_cast<double>(kCorrelationOne);
   };
-  return photo_confidence(
-      {likeness(camera_left_[level], colour_left_, T_CL_H_ * T_H_M),
-       likeness(camera_right_[level], colour_right_, T_CR_H_ * T_H_M), photo_alignment_.pairing_cost[2]},
-      following_);
+  const auto larger = [](double a, double b) { return a > b ? a : b; };
+  PhotoEvidence evidence;
+  evidence.left = likeness(camera_left_[level], colour_left_, T_CL_H_ * T_H_M);
+  evidence.right = likeness(camera_right_[level], colour_right_, T_CR_H_ * T_H_M);
+  evidence.left_right_cost = photo_alignment_.pairing_cost[2];
+  evidence.luma = larger(likeness_left_.luma, likeness_right_.luma);
+  evidence.worst_quarter = larger(likeness_left_.worst_quarter, likeness_right_.worst_quarter);
+  const Matrix6& covariance = photo_alignment_.covariance;
+  evidence.depth_mm = std::sqrt(covariance(2, 2));
+  evidence.e = std::sqrt(covariance(3, 3) + covariance(4, 4) + covariance(5, 5));
+  return evidence;
 }
 
 }  // namespace vergence

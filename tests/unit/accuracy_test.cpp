@@ -2,11 +2,13 @@
 // it; and its list of data sets is in order.
 #include "tools/accuracy/case.hpp"
 #include "tools/accuracy/claims.hpp"
+#include "tools/accuracy/confidence_fit.hpp"
 #include "tools/accuracy/consistency.hpp"
 #include "tools/accuracy/reliability.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "tools/render/random.hpp"
@@ -214,6 +216,37 @@ TEST(Cases, MarkerScenesCanBeReadWithTheirChanges) {
       (void)render::load_scene(std::filesystem::path(VERGENCE_SCENES) / (scene + ".toml"), overrides);
     }) << scene;
   }
+}
+
+// Outcomes drawn by known weights give those weights back, and one that says nothing is left at nothing.
+TEST(ConfidenceFit, FindsTheWeightsThatMadeTheOutcomes) {
+  const PhotoFeatures truth{-1, 2, 0, -3, 0, 1, 0, 0};
+  std::vector<JudgedPose> poses;
+  for (std::uint64_t i = 0; i < 20000; ++i) {
+    JudgedPose pose;
+    double sum = 0;
+    for (std::size_t k = 0; k < kPhotoFeatures; ++k) {
+      pose.feature[k] = k == 0 ? 1 : 2 * render::uniform(i, k) - 1;
+      sum += truth[k] * pose.feature[k];
+    }
+    pose.right = render::uniform(i, kPhotoFeatures) < 1 / (1 + std::exp(-sum));
+    poses.push_back(pose);
+  }
+  const PhotoFeatures found = fit_confidence(poses, 0.1);
+  for (std::size_t k = 0; k < kPhotoFeatures; ++k) EXPECT_NEAR(found[k], truth[k], 0.12) << k;
+  // Right ones that count twice are likelier everywhere, by a factor of two.
+  for (JudgedPose& pose : poses) pose.counts = pose.right ? 2 : 1;
+  EXPECT_NEAR(fit_confidence(poses, 0.1)[0], truth[0] + std::log(2.0), 0.12);
+}
+
+TEST(ConfidenceFit, StaysFiniteWhereRightAndWrongNeverMeet) {
+  std::vector<JudgedPose> poses;
+  for (int i = -10; i <= 10; ++i) {
+    if (i != 0) poses.push_back({{1, i / 10.0, 0, 0, 0, 0, 0, 0}, i > 0});
+  }
+  const PhotoFeatures found = fit_confidence(poses, 0.1);
+  EXPECT_GT(found[1], 1);
+  EXPECT_LT(found[1], 100);
 }
 
 }  // namespace

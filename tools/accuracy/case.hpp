@@ -51,6 +51,8 @@ struct SuiteSize {
 [[nodiscard]] std::vector<Case> lock_cases(SuiteSize size);  // kCold, kRelock
 [[nodiscard]] std::vector<Case> absent_cases(
     SuiteSize size);  // of the sets of lock_cases(), and emptied ones
+// What photo_confidence() is fitted to: with seeds that no other case has.
+[[nodiscard]] std::vector<Case> confidence_cases();
 // Error against generations, and time a frame.
 [[nodiscard]] std::vector<RenderedSet> generation_sets(SuiteSize size);
 

@@ -182,6 +182,46 @@ std::vector<Case> absent_cases(SuiteSize size) {
   return cases;
 }
 
+std::vector<Case> confidence_cases() {
+  // Twice those of few colours, and the mobula, which looks like little from the side.
+  const std::array<const char*, 16> codes{"C10", "C01", "C03", "C04", "C06", "C08", "C09", "C11",
+                                          "C10", "C12", "C05", "C02", "C07", "C02", "C12", "C05"};
+  const std::string dense = "background.kind = \"clutter\"\nbackground.objects = 120\n";
+  const std::array<std::string, 4> backdrops{"", kCluttered, kColoured, dense};
+  const std::array<const char*, 7> lights{"500lx", "1000lx", "500lx",     "80lx",
+                                          "900lx", "2500lx", "lamp-moved"};
+  std::vector<Case> cases;
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const std::string seed = joined({"seed = ", std::to_string(101 + i), "\n"});
+    const std::string& backdrop = backdrops[(i + i / 4) % backdrops.size()];
+    cases.push_back(
+        {kColdPhoto,
+         {"fit_" + std::to_string(i), "photo_random",
+          joined({seed, kPhotoBox, creature(codes[i]), light(lights[i % lights.size()]), backdrop}), 40},
+         Task::kCold});
+  }
+  for (std::size_t i = 0; i < codes.size(); ++i) {  // in each other's place
+    RenderedSet half = cases[i].set;
+    half.frames = 20;
+    for (std::size_t k = 0; k < codes.size(); ++k) {
+      if (std::string(codes[i]) == codes[k]) continue;
+      cases.push_back({kAbsentPhoto, half, Task::kAbsent, {}, cases[k].set.name});
+    }
+  }
+  const std::array<std::string, 6> empty{dense, kCluttered, dense, kCluttered, kPlainWall, kColoured};
+  for (std::size_t i = 0; i < empty.size(); ++i) {
+    const std::string seed = joined({"seed = ", std::to_string(201 + i), "\n"});
+    const RenderedSet set{
+        "fit_no_" + std::to_string(i), "photo_random",
+        joined({"target.absent = true\n", seed, kPhotoBox, creature(codes[i]), light(lights[i]), empty[i]}),
+        12};
+    for (std::size_t k = 0; k < 13; ++k) {  // each creature once, the mobula twice
+      cases.push_back({kAbsentPhoto, set, Task::kAbsent, {}, cases[k].set.name});
+    }
+  }
+  return cases;
+}
+
 std::vector<RenderedSet> generation_sets(SuiteSize size) {
   return {still_marker(size),
           lateral("fast", size),

@@ -1,14 +1,17 @@
 // `vergence accuracy`: every claim of accuracy measured on rendered data sets, as a table and a page; or,
 // with
-// --cold, how often the poses of given data sets are found from nothing.
+// --cold, how often the poses of given data sets are found from nothing; or, with --fit-confidence, the
+// weights of a photo-model's confidence.
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "tools/accuracy/case_run.hpp"
+#include "tools/accuracy/confidence_study.hpp"
 #include "tools/accuracy/page.hpp"
 #include "tools/accuracy/plots.hpp"
 #include "tools/accuracy/suite.hpp"
@@ -28,6 +31,8 @@ struct Options {
   std::filesystem::path page;
   std::vector<std::filesystem::path> cold;
   int seeds = 20;
+  bool fit_confidence = false;
+  std::filesystem::path features;
 };
 
 accuracy::SuiteParts parts_of(const std::vector<std::string>& names) {
@@ -106,6 +111,23 @@ void run_suite_command(Options& options) {
   if (!result.study.empty()) accuracy::write_generation_plot(figures / "accuracy.png", result.study);
   if (result.right.frames > 0) accuracy::write_reliability_plot(figures / "reliability.png", result.right);
   accuracy::write_page(options.page, result, options.suite, "images/");
+}
+
+void run_fit_command(const Options& options) {
+  if (!options.features.empty()) require_writable(options.features);
+  make_directory(options.suite.places.work);
+  std::vector<accuracy::SearchedPose> poses;
+  {
+    PhasedProgress progress;
+    poses = accuracy::search_for_confidence(
+        {options.suite.places, options.cold}, options.suite.threads,
+        [&](const char* what, std::size_t total) { progress.tell(what, total); });
+  }
+  accuracy::print_confidence_study(std::cout, poses, accuracy::fit_confidence(poses));
+  if (options.features.empty()) return;
+  std::ofstream out(options.features);
+  accuracy::write_features(out, poses);
+  if (!out.flush()) throw InputError(options.features, "--features", "cannot be written");
 }
 
 double median(std::vector<double> values) {
@@ -192,13 +214,22 @@ void add_accuracy_command(CLI::App& app) {
   command->add_option("--seeds", options->seeds, "With --cold: random starts for each frame")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
+  CLI::Option* fit = command->add_flag(
+      "--fit-confidence", options->fit_confidence,
+      "Instead: the weights of a photo-model's confidence, fitted to scenes of its own, and how it judges "
+      "others; with --cold, those as well, each target in each of them");
+  command->add_option("--features", options->features, "With --fit-confidence: every pose as a row, CSV")
+      ->needs(fit)
+      ->type_name("FILE.csv");
   command->footer(
       "Examples:\n"
       "  vergence accuracy --quick\n"
       "  vergence accuracy --quick --only marker,lock\n"
       "  vergence accuracy --cold lab/book lab/box --seeds 20");
   command->callback([options] {
-    if (options->cold.empty()) {
+    if (options->fit_confidence) {
+      run_fit_command(*options);
+    } else if (options->cold.empty()) {
       run_suite_command(*options);
     } else {
       run_cold_command(*options);

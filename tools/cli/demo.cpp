@@ -26,7 +26,7 @@ constexpr const char* kDefaultScenario = "servo-position";
 constexpr std::size_t kProgressSteps = 1000;
 
 struct Options {
-  std::string scenario = kDefaultScenario;
+  std::vector<std::string> scenarios;
   std::uint64_t seed = 1;
   int seeds = 1;
   int threads = 0;
@@ -147,16 +147,21 @@ void write_page(const std::filesystem::path& file, const std::vector<Summary>& s
   if (!out) throw InputError(file, "", "cannot be written");
 }
 
-void run_all(const Options& options) {
-  if (!options.page.empty()) require_writable(options.page);
-  std::vector<Summary> summaries;
-  for (const Scenario& scenario : demo::scenarios()) {
-    const std::filesystem::path out =
-        std::filesystem::path(options.out.empty() ? "out" : options.out) / scenario.name;
-    summaries.push_back(run_one(scenario, options, out));
-    print(summaries.back(), out, options.json);
+std::vector<const Scenario*> chosen(const Options& options) {
+  std::vector<const Scenario*> result;
+  if (options.all) {
+    for (const Scenario& scenario : demo::scenarios()) result.push_back(&scenario);
+    return result;
   }
-  if (!options.page.empty()) write_page(options.page, summaries);
+  std::vector<std::string> names = options.scenarios;
+  if (names.empty()) names.emplace_back(kDefaultScenario);
+  for (const std::string& name : names) {
+    result.push_back(demo::find_scenario(name));
+    if (result.back() == nullptr) {
+      throw CLI::ValidationError("SCENARIO", "there is no '" + name + "'; `vergence demo --list` names them");
+    }
+  }
+  return result;
 }
 
 void run(const Options& options) {
@@ -164,21 +169,22 @@ void run(const Options& options) {
     list(options.json);
     return;
   }
-  if (options.all) {
-    run_all(options);
-    return;
-  }
-  const Scenario* scenario = demo::find_scenario(options.scenario);
-  if (scenario == nullptr) {
-    throw CLI::ValidationError("SCENARIO",
-                               "there is no '" + options.scenario + "'; `vergence demo --list` names them");
-  }
-  const std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / scenario->name
-                                                        : std::filesystem::path(options.out);
-  if (options.seeds > 1) {
-    run_seeds(*scenario, options, out);
-  } else {
-    print(run_one(*scenario, options, out), out, options.json);
+  const std::vector<const Scenario*> wanted = chosen(options);
+  if (!options.page.empty()) require_writable(options.page);
+  const std::filesystem::path top = options.out.empty() ? "out" : options.out;
+  std::vector<Summary> summaries;
+  for (const Scenario* scenario : wanted) {
+    // -o is the folder of a single run, and the folder of the folders of several.
+    const bool is_alone = wanted.size() == 1 && !options.out.empty();
+    const std::filesystem::path out = is_alone ? top : top / scenario->name;
+    if (options.seeds > 1) {
+      run_seeds(*scenario, options, out);
+      continue;
+    }
+    summaries.push_back(run_one(*scenario, options, out));
+    print(summaries.back(), out, options.json);
+    std::fflush(stdout);
+    if (!options.page.empty()) write_page(options.page, summaries);
   }
 }
 
@@ -187,7 +193,7 @@ void run(const Options& options) {
 void add_demo_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("demo", "The closed loop on the simulated robot, with a report");
   const auto options = std::make_shared<Options>();
-  command->add_option("SCENARIO", options->scenario, "Which; see --list")->capture_default_str();
+  command->add_option("SCENARIO", options->scenarios, "Which; see --list; default: servo-position");
   command->add_option("--seed", options->seed, "Of noise and of all that is random")->capture_default_str();
   command
       ->add_option("--seeds", options->seeds,
@@ -204,8 +210,7 @@ void add_demo_command(CLI::App& app) {
   command->add_flag("--list", options->list, "Name the scenarios");
   command->add_flag("--all", options->all, "Run them all, each into a folder of its own");
   command->add_flag("--wall-clock", options->wall_clock, "Simulate no faster than real time");
-  command->add_option("--page", options->page, "With --all: all numbers as a page of Markdown")
-      ->type_name("FILE");
+  command->add_option("--page", options->page, "All numbers as a page of Markdown")->type_name("FILE");
   command->add_flag("--json", options->json, "For machines: names or summaries as JSON");
   command->footer(
       "Time is virtual: a run gives the same log and signature on every machine, however fast.\n"

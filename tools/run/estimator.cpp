@@ -151,6 +151,9 @@ FrameResult Estimator::run(const Frame& frame, const RgbImage& left, const RgbIm
   result.compute_ms = elapsed_ms();
   result.cpu_ms = thread_cpu_ms() - start_cpu_ms;
   result.stage = stage_of(result.estimate);
+  if (dataset_.target.kind == TargetKind::kPhoto && options_.method == Method::kVergence) {
+    result.evidence = tracker_->photo_evidence();
+  }
   const double took_ms = result.compute_ms - evolved_ms;
   finish_ms = finish_ms > 0 ? 0.5 * (finish_ms + took_ms) : took_ms;
   if (const auto truth = dataset_.truth.find(frame.number); truth != dataset_.truth.end()) {

@@ -41,10 +41,11 @@ struct FrameResult {
   int frame = 0;
   double t_s = 0;
   Estimate estimate;
-  Stage stage = Stage::kEvolved;   // that the pose went through last
-  std::optional<PoseError> error;  // where there is truth
-  double cpu_ms = 0;               // of which the processor worked on it: less, where others want it too
-  double compute_ms = 0;           // from the two images in memory to the pose
+  Stage stage = Stage::kEvolved;          // that the pose went through last
+  std::optional<PhotoEvidence> evidence;  // of a photo-model, Method::kVergence
+  std::optional<PoseError> error;         // where there is truth
+  double cpu_ms = 0;      // of which the processor worked on it: less, where others want it too
+  double compute_ms = 0;  // from the two images in memory to the pose
 };
 
 class Estimator {
