@@ -17,8 +17,8 @@ namespace vergence::demo {
 struct RunOptions {
   std::uint64_t seed = 1;
   std::filesystem::path out;  // exists; figures and the target's model go there
-  // Simulated time goes no faster than the clock on the wall: to watch, or to run beside something real. Where
-  // the machine is slower, it lags. The outcome is the same to the bit.
+  // Simulated time goes no faster than the clock on the wall: to watch, or to run beside something real.
+  // Where the machine is slower, it lags. The outcome is the same to the bit.
   bool wall_clock = false;
   // How far the run is, in [0, 1]; from one thread at a time.
   std::function<void(double)> progress;
