@@ -117,7 +117,8 @@ void write_page(const std::filesystem::path& file, const std::vector<Summary>& s
          "Written by `tools/experiments.sh`; each row is from a run with seed "
       << summaries.front().seed
       << ". What each scenario is and how it is judged: [demo.md](demo.md).\n"
-         "Targets that were not reached stand as measured.\n";
+         "Targets that were not reached stand as measured. Scenarios that are missing here were not run with "
+         "this version yet.\n";
   std::size_t targets = 0;
   std::size_t met = 0;
   for (const Summary& summary : summaries) {
