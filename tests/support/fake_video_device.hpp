@@ -102,11 +102,16 @@ class FakeVideoDevice {
   void unplug() {
     is_present = false;
     ++generation;
+    let_go();
+    mapped = 0;
+  }
+  // The last handle is closed.
+  void let_go() {
     is_streaming = false;
+    has_error_state = false;
     buffers.clear();
     queue.clear();
     done.clear();
-    mapped = 0;
   }
   // As another one of the same make: nothing that was set is left.
   void plug() {

@@ -36,7 +36,13 @@ class FakeVideoSystem final : public v4l2::VideoSystem {
     return ENOENT;
   }
 
-  void close(int handle) override { handles_.erase(handle); }
+  void close(int handle) override {
+    const auto found = handles_.find(handle);
+    if (found == handles_.end()) return;
+    const Handle& h = found->second;
+    if (h.exported == nullptr && h.generation == h.device->generation) h.device->let_go();
+    handles_.erase(found);
+  }
 
   int control(int handle, unsigned long request, void* argument) override {
     const auto found = handles_.find(handle);
@@ -80,7 +86,8 @@ class FakeVideoSystem final : public v4l2::VideoSystem {
     const Handle& h = found->second;
     if (h.exported != nullptr) return keep(h.exported, bytes, nullptr, memory);
     const auto at = static_cast<std::size_t>(offset) >> 12U;
-    if (at / 2 >= h.device->buffers.size()) return EINVAL;
+    if (at / 2 >= h.device->buffers.size() || at % 2 >= h.device->buffers[at / 2].planes.size())
+      return EINVAL;
     return keep(h.device->buffers[at / 2].planes[at % 2], bytes, h.device, memory);
   }
 
@@ -94,6 +101,8 @@ class FakeVideoSystem final : public v4l2::VideoSystem {
     if (found == maps_.end()) return;
     if (FakeVideoDevice* device = found->second.device; device != nullptr && device->mapped > 0)
       --device->mapped;
+    pinned_.push_back(found->second.memory);  // as the kernel keeps pages that a driver may still write to
+    if (!is_pinned(memory)) pinned_.pop_back();
     maps_.erase(found);
   }
 
@@ -107,6 +116,13 @@ class FakeVideoSystem final : public v4l2::VideoSystem {
     Memory memory;
     FakeVideoDevice* device = nullptr;
   };
+
+  [[nodiscard]] bool is_pinned(const std::uint8_t* memory) const {
+    for (const FakeVideoDevice* device : devices)
+      for (const FakeVideoDevice::Buffer& buffer : device->buffers)
+        if (std::find(buffer.user.begin(), buffer.user.end(), memory) != buffer.user.end()) return true;
+    return false;
+  }
 
   int keep(const Memory& owned, std::size_t bytes, FakeVideoDevice* device, std::uint8_t*& memory) {
     if (bytes > owned->size()) return EINVAL;
@@ -128,6 +144,7 @@ class FakeVideoSystem final : public v4l2::VideoSystem {
   int next_handle_ = 3;
   std::map<int, Handle> handles_;
   std::map<std::uint8_t*, Map> maps_;
+  std::vector<Memory> pinned_;
 };
 
 inline v4l2::VideoConfig config_of(const FakeVideoDevice& device) {
