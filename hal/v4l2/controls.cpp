@@ -89,6 +89,16 @@ VideoError hold_frame_rate(Driver driver) {
   return exists ? hold(driver, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0) : VideoError{};
 }
 
+VideoError hold_role(Driver driver, std::size_t role, const v4l2_queryctrl& range, std::int32_t value) {
+  if (value < range.minimum) return {VideoFault::kControlRange, 0, range.id, value, range.minimum};
+  if (value > range.maximum) return {VideoFault::kControlRange, 0, range.id, value, range.maximum};
+  VideoError error = switch_off_automatic(driver, kSpellings[role]);
+  if (is_ok(error) && role == static_cast<std::size_t>(ControlRole::kExposure))
+    error = hold_frame_rate(driver);
+  if (is_ok(error)) error = hold(driver, range.id, value);
+  return error;
+}
+
 }  // namespace
 
 void Controls::configure(const std::array<ControlSetting, kControlRoles>& settings) {
@@ -104,6 +114,14 @@ bool Controls::needs_settling() const {
 
 VideoError Controls::begin(VideoSystem& system, int handle) {
   Driver driver{system, handle};
+  // What is known comes first: what the automatics find depends on it.
+  for (std::size_t i = 0; i < roles_.size(); ++i) {
+    if (roles_[i].setting.mode == ControlMode::kLeave || !roles_[i].is_known) continue;
+    v4l2_queryctrl range{};
+    VideoError error = find(driver, kSpellings[i], range);
+    if (is_ok(error)) error = hold_role(driver, i, range, roles_[i].value);
+    if (!is_ok(error)) return error;
+  }
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     if (roles_[i].setting.mode != ControlMode::kAutoThenLock || roles_[i].is_known) continue;
     const Spelling& spelling = kSpellings[i];
@@ -135,16 +153,7 @@ VideoError Controls::lock(VideoSystem& system, int handle) {
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     Held& role = roles_[i];
     if (role.setting.mode == ControlMode::kLeave) continue;
-    const std::uint32_t id = ranges[i].id;
-    if (role.value < ranges[i].minimum)
-      return {VideoFault::kControlRange, 0, id, role.value, ranges[i].minimum};
-    if (role.value > ranges[i].maximum)
-      return {VideoFault::kControlRange, 0, id, role.value, ranges[i].maximum};
-    VideoError error = switch_off_automatic(driver, kSpellings[i]);
-    if (is_ok(error) && i == static_cast<std::size_t>(ControlRole::kExposure))
-      error = hold_frame_rate(driver);
-    if (is_ok(error)) error = hold(driver, id, role.value);
-    if (!is_ok(error)) return error;
+    if (const VideoError error = hold_role(driver, i, ranges[i], role.value); !is_ok(error)) return error;
     role.is_held = true;
   }
   // Values found count as found once all are held: a lock that failed half-way is tried again as a whole.

@@ -14,7 +14,8 @@ class Controls {
  public:
   void configure(const std::array<ControlSetting, kControlRoles>& settings);
 
-  // The automatics still have to find values: begin() starts them, and after a while lock() ends it.
+  // The automatics still have to find values: begin() starts them, with what is set
+  // already held, and after a while lock() ends it.
   [[nodiscard]] bool needs_settling() const;
   [[nodiscard]] VideoError begin(VideoSystem& system, int handle);
 

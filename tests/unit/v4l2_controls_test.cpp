@@ -87,6 +87,14 @@ TEST_F(V4l2Controls, FindsAValueOnceAndHoldsItEverAfter) {
   EXPECT_EQ(value(V4L2_CID_EXPOSURE_ABSOLUTE), 156);
 }
 
+TEST_F(V4l2Controls, WhatIsSetIsHeldWhileTheRestIsFound) {
+  ask(ControlRole::kExposure, ControlMode::kAutoThenLock);
+  ask(ControlRole::kGain, ControlMode::kSet, 16);
+  ASSERT_TRUE(is_ok(controls.begin(system, handle)));
+  EXPECT_EQ(value(V4L2_CID_GAIN), 16);
+  EXPECT_EQ(value(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_APERTURE_PRIORITY);
+}
+
 TEST_F(V4l2Controls, TriesTheOtherKindOfAutomaticExposure) {
   device.controls[V4L2_CID_EXPOSURE_AUTO] = {0, 1, V4L2_EXPOSURE_MANUAL};  // 3 is out of its range
   ask(ControlRole::kExposure, ControlMode::kAutoThenLock);
