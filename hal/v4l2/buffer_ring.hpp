@@ -36,7 +36,7 @@ class BufferRing {
 
   // 0, EAGAIN where none is ready, EBADMSG where the answer makes no sense, or what the driver says. The
   // buffer is held until give_back().
-  [[nodiscard]] int dequeue(DequeuedBuffer& buffer);
+  [[nodiscard]] int dequeue(DequeuedBuffer& got);
   // 0, or what the driver says; a buffer it refused lies idle until the next start().
   [[nodiscard]] int give_back(int index);
 
@@ -63,11 +63,11 @@ class BufferRing {
 
   [[nodiscard]] VideoError request(std::uint32_t wanted, std::uint32_t& granted);
   [[nodiscard]] VideoError prepare(int index);
-  [[nodiscard]] VideoError prepare_plane(int index, int plane, std::size_t bytes, std::int64_t offset);
+  [[nodiscard]] VideoError prepare_plane(int index, int number, std::size_t bytes, std::int64_t offset);
   [[nodiscard]] int queue(int index);
   [[nodiscard]] int sync(int index, std::uint64_t flags);
   [[nodiscard]] int owned_by(Owner owner) const;
-  void locate(const Message& message, DequeuedBuffer& buffer) const;
+  void locate(const Message& message, DequeuedBuffer& got) const;
 
   VideoSystem* system_ = nullptr;
   int handle_ = -1;

@@ -229,6 +229,7 @@ TEST_F(V4l2StereoCameraTest, HandsOverBetweenThreads) {
   std::thread capturing([&] {
     for (int i = 0; i < 100'000 && (i < 3500 || seen < 200); ++i) {
       camera.run_once(system);
+      std::this_thread::yield();  // both may have to share one processor
       // Virtual time does not wait for a reader that the machine keeps waiting.
       if (camera.state() == CameraState::kFault) camera.start(system.now_ns());
       if (i == 3000) left.unplug();
