@@ -91,6 +91,7 @@ TEST(V4l2Fuzz, AnyAnswerOfADriver) {
   std::uint64_t pairs = 0;
   std::uint64_t restarts = 0;
   int faults = 0;
+  std::uint64_t sum = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     testing::Random random(seed);
     testing::FakeVideoDevice left;
@@ -123,7 +124,6 @@ TEST(V4l2Fuzz, AnyAnswerOfADriver) {
       int side = 0;
       ASSERT_TRUE(is_ok(camera.configure(system, config, side)));
       camera.start(0);
-      unsigned sum = 0;
       StereoFrame frame;
       bool holds = false;
       for (int i = 0; i < 600; ++i) {
@@ -144,12 +144,12 @@ TEST(V4l2Fuzz, AnyAnswerOfADriver) {
       pairs += report.pairing.pairs;
       restarts += report.eyes[0].restarts + report.eyes[1].restarts;
       ASSERT_LE(report.longest_wait_ns, kMaxWait_ns);
-      EXPECT_NE(sum, 1U);
     }
     ASSERT_EQ(sound.live_maps(), 0U) << seed;
     ASSERT_EQ(sound.open_handles(), 0U) << seed;
   }
   // All of it was reached.
+  EXPECT_GT(sum, 0U);
   EXPECT_GT(pairs, 10'000U);
   EXPECT_GT(restarts, 1'000U);
   EXPECT_GT(faults, 100);

@@ -69,7 +69,7 @@ TEST_F(V4l2Buffers, EveryKindOfMemoryAndPlanesGivesThePicture) {
           }
         }
         EXPECT_EQ(ring.dequeue(got), EAGAIN);
-        ASSERT_EQ(ring.give_back(got.index < 0 ? i % kMaxVideoBuffers : got.index), 0);
+        ASSERT_EQ(ring.give_back(got.index), 0);
       }
       ring.release();
       system.close(handle);
