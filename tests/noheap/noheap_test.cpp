@@ -8,8 +8,10 @@
 #include "algo/hand_servo.hpp"
 #include "algo/iterative_inverse.hpp"
 #include "algo/pa10.hpp"
+#include "hal/v4l2/v4l2_stereo_camera.hpp"
 #include "tests/noheap/heap_counter.hpp"
 #include "tests/support/canopen_robot.hpp"
+#include "tests/support/fake_video_system.hpp"
 #include "tests/support/ideal_robot.hpp"
 #include "tests/support/small_world.hpp"
 
@@ -166,6 +168,79 @@ TEST(NoHeap, VisionDoesNotAllocate) {
   EXPECT_TRUE(seen);
   EXPECT_FALSE(too_late);
   EXPECT_EQ(vision->frames_left_out(), 1U);
+}
+
+// The fake kernel may allocate where the real one is called; nothing on our side of the seam may.
+class UncountedSystem final : public v4l2::VideoSystem {
+ public:
+  testing::FakeVideoSystem fake;
+  long own_calls = 0;  // of the allocator
+
+  [[nodiscard]] std::int64_t now_ns() const { return fake.now_ns(); }
+  int open(const char* path, int& handle) override {
+    return uncounted([&] { return fake.open(path, handle); });
+  }
+  void close(int handle) override {
+    uncounted([&] { return fake.close(handle), 0; });
+  }
+  int control(int handle, unsigned long request, void* argument) override {
+    return uncounted([&] { return fake.control(handle, request, argument); });
+  }
+  int poll(std::span<v4l2::PollEntry> entries, std::int64_t timeout_ns) override {
+    return uncounted([&] { return fake.poll(entries, timeout_ns); });
+  }
+  int map(int handle, std::size_t bytes, std::int64_t offset, std::uint8_t*& memory) override {
+    return uncounted([&] { return fake.map(handle, bytes, offset, memory); });
+  }
+  int map_own(std::size_t bytes, std::uint8_t*& memory) override {
+    return uncounted([&] { return fake.map_own(bytes, memory); });
+  }
+  void unmap(std::uint8_t* memory, std::size_t bytes) override {
+    uncounted([&] { return fake.unmap(memory, bytes), 0; });
+  }
+  const HeapCounter* counter = nullptr;
+
+ private:
+  template <typename F>
+  int uncounted(F call) {
+    const long before = counter == nullptr ? 0 : counter->calls();
+    const int e = call();
+    own_calls += counter == nullptr ? 0 : counter->calls() - before;
+    return e;
+  }
+};
+
+// Cameras from the first opening over a stall and an unplugging to the end.
+TEST(NoHeap, CapturingDoesNotAllocate) {
+  testing::FakeVideoDevice left;
+  testing::FakeVideoDevice right;
+  right.path = "/dev/video2";
+  UncountedSystem system;
+  system.fake.devices = {&left, &right};
+  v4l2::StereoVideoConfig config;
+  config.eyes = {config_of(left), config_of(right)};
+  const auto camera = std::make_unique<v4l2::V4l2StereoCamera>();
+  int pairs = 0;
+  const HeapCounter counter;
+  system.counter = &counter;
+  int side = 0;
+  const bool configured = is_ok(camera->configure(system, config, side));
+  camera->start(0);
+  for (int i = 0; i < 1000; ++i) {
+    StereoFrame frame;
+    v4l2::StereoVideoReport report;
+    camera->run_once(system);
+    if (camera->take(frame)) ++pairs;
+    (void)camera->report(report);
+    left.stalls = i >= 300 && i < 350;
+    if (i == 500) right.is_present = false;
+    if (i == 600) right.is_present = true;
+  }
+  camera->stop();
+  system.counter = nullptr;
+  EXPECT_EQ(counter.calls() - system.own_calls, 0);
+  EXPECT_TRUE(configured);
+  EXPECT_GT(pairs, 200);
 }
 
 }  // namespace
