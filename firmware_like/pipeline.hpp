@@ -7,7 +7,6 @@
 
 #include "firmware_like/eye_task.hpp"
 #include "firmware_like/hand_task.hpp"
-#include "firmware_like/latest_value.hpp"
 #include "firmware_like/messages.hpp"
 #include "firmware_like/robot_config.hpp"
 #include "firmware_like/self_test.hpp"
@@ -16,6 +15,7 @@
 #include "firmware_like/task_table.hpp"
 #include "firmware_like/vision_task.hpp"
 #include "hal/arm.hpp"
+#include "hal/latest_value.hpp"
 #include "hal/pan_tilt.hpp"
 #include "hal/stereo_camera.hpp"
 

@@ -1,5 +1,5 @@
 // Mailboxes between tasks: the newest value, whole, once.
-#include "firmware_like/latest_value.hpp"
+#include "hal/latest_value.hpp"
 
 #include <gtest/gtest.h>
 
