@@ -45,7 +45,7 @@ TEST_F(BenchRtTest, MeasuresJudgesAndSaysWhatIsMissing) {
     EXPECT_NE(output.find(part), std::string::npos) << part << " is not in:\n" << output;
   }
   EXPECT_EQ(output.find("ours / theirs"), std::string::npos) << output;
-  EXPECT_EQ(json.at("machine").size(), 13U);
+  EXPECT_EQ(json.at("machine").size(), 14U);
   ASSERT_EQ(json.at("loads").size(), 1U);
   for (const char* task : {"arm", "steps"}) {
     const nlohmann::json& of = json.at("loads").at("idle").at(task);
