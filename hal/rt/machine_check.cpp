@@ -323,7 +323,8 @@ class MachineChecker {
       finding.verdict = Verdict::kPass;
       return;
     }
-    say(finding, "a virtual machine %.*s", width(type.view()), type.view().data());
+    say(finding, "a virtual machine%s%.*s", type.exists() ? ", " : "", width(type.view()),
+        type.view().data());
     judge(finding, Verdict::kWarn, "run on the hardware itself: a host may stop all cores at once");
   }
 
