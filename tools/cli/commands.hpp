@@ -12,5 +12,6 @@ void add_render_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_accuracy_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
+void add_config_command(CLI::App& app);
 
 }  // namespace vergence::tools

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   vergence::tools::add_bench_command(app);
   vergence::tools::add_accuracy_command(app);
   vergence::tools::add_demo_command(app);
+  vergence::tools::add_config_command(app);
   // After the commands, which would inherit it.
   app.footer(
       "`vergence COMMAND --help` tells more of each.\n"
