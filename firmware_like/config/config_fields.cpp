@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "firmware_like/task_table.hpp"
 #include "hal/canopen/bus_load.hpp"
 
 namespace vergence {
@@ -365,20 +364,20 @@ constexpr std::array kMotor = {
 
 constexpr std::array<const char*, 2> kPolicies = {"fifo", "deadline"};
 
-template <ThreadId kThread>
+template <TaskId kTask>
 constexpr ConfigField core(const char* key, const char* meaning) {
   return integer(key, 0, 1023, meaning,
-                 [](C& c, P) -> int& { return c.runtime.core[static_cast<std::size_t>(kThread)]; });
+                 [](C& c, P) -> int& { return c.runtime.core[static_cast<std::size_t>(kTask)]; });
 }
 
 constexpr std::array kRuntime = {
     choice("policy", kPolicies, "SCHED_FIFO, or SCHED_DEADLINE for the arm's task",
            [](C& c, P) -> SchedulingPolicy& { return c.runtime.policy; }),
-    core<ThreadId::kArm>("core_arm", "the arm's task is pinned to it; keep it isolated"),
-    core<ThreadId::kEyes>("core_eyes", "of the eyes' task"),
-    core<ThreadId::kVision>("core_vision", "of the vision task"),
-    core<ThreadId::kCapture>("core_capture", "of the thread that waits for the cameras"),
-    core<ThreadId::kSteps>("core_steps", "of the thread that makes step pulses"),
+    core<TaskId::kArm>("core_arm", "the arm's task is pinned to it; keep it isolated"),
+    core<TaskId::kEyes>("core_eyes", "of the eyes' task"),
+    core<TaskId::kVision>("core_vision", "of the vision task"),
+    core<TaskId::kCapture>("core_capture", "of the thread that waits for the cameras"),
+    core<TaskId::kSteps>("core_steps", "of the thread that makes step pulses"),
     text("command_socket", "where commands are taken", [](C& c, P) -> PathText& { return c.runtime.command_socket; }),
     text("telemetry", "name of the shared memory, as shm_open() wants it",
          [](C& c, P) -> PathText& { return c.runtime.telemetry; }),

@@ -9,6 +9,7 @@
 #include "algo/target_model.hpp"
 #include "algo/tracker.hpp"
 #include "firmware_like/robot_config.hpp"
+#include "firmware_like/task_table.hpp"
 #include "hal/canopen/arm_config.hpp"
 #include "hal/gpio_step/libgpiod_lines.hpp"
 #include "hal/gpio_step/step_motors.hpp"
@@ -25,19 +26,15 @@ enum class SchedulingPolicy : std::uint8_t {
   kDeadline,
 };
 
-// Threads of `vergenced` beside those of the task table.
-inline constexpr int kThreads = 5;
-enum class ThreadId : std::uint8_t {
-  kArm,
-  kEyes,
-  kVision,
-  kCapture,
-  kSteps,
-};
+[[nodiscard]] constexpr std::array<int, kTaskCount> default_cores() {
+  std::array<int, kTaskCount> cores{};
+  for (std::size_t i = 0; i < kTaskCount; ++i) cores[i] = kTasks[i].core;
+  return cores;
+}
 
 struct RuntimeConfig {
   SchedulingPolicy policy = SchedulingPolicy::kFifo;
-  std::array<int, kThreads> core = {1, 2, 3, 0, 2};  // by ThreadId
+  std::array<int, kTaskCount> core = default_cores();
   PathText command_socket{"/run/vergence/command"};
   PathText telemetry{"/vergence"};  // of shm_open()
   PathText black_box{"/var/lib/vergence/black_box"};
