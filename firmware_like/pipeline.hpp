@@ -83,6 +83,12 @@ class Pipeline {
   [[nodiscard]] const Sighting& sighting() const { return sighting_; }
   [[nodiscard]] const Supervisor& supervisor() const { return supervisor_; }
   [[nodiscard]] const TargetBelief& belief() const { return belief_; }
+  // Of the arm's task: what it knows of the devices, and the last sighting that reached it.
+  [[nodiscard]] const ArmFeedback& arm_feedback() const { return feedback_; }
+  [[nodiscard]] const PanTiltFeedback& eyes_feedback() const { return eyes_seen_; }
+  [[nodiscard]] const CameraHealth& camera_health() const { return camera_health_; }
+  [[nodiscard]] const Sighting& last_sighting() const { return last_sighting_; }
+  [[nodiscard]] std::uint64_t late_sightings() const { return late_sightings_; }
   [[nodiscard]] const VisionTask& vision() const { return vision_; }
   [[nodiscard]] const SelfTestResult& self_test_result() const { return self_test_; }
 
@@ -91,6 +97,7 @@ class Pipeline {
   void look(std::int64_t now_ns, CameraState state, const StereoFrame* frame);
   void move(std::int64_t now_ns, const ArmFeedback* feedback);
   void turn(std::int64_t now_ns, const PanTiltFeedback* feedback);
+  void take_sighting(std::int64_t now_ns);
   [[nodiscard]] Conditions conditions(std::int64_t now_ns);
   void plan(std::int64_t now_ns);
 
@@ -106,6 +113,8 @@ class Pipeline {
   CameraHealth camera_health_;
   PanTiltFeedback eyes_seen_;
   bool eyes_seen_once_ = false;
+  Sighting last_sighting_;
+  std::uint64_t late_sightings_ = 0;  // left out: they came after they were to act
   SelfTestResult self_test_;
   int missed_deadlines_ = 0;
   std::int64_t reset_until_ns_ = 0;  // a reset is wanted, and the drives are asked to clear their fault

@@ -24,7 +24,9 @@ struct TaskRecord {
   std::int64_t worst_latency_ns = 0;
   std::int64_t worst_execution_ns = 0;
   std::uint64_t runs = 0;
-  std::uint64_t slips = 0;  // periods left out because an earlier one took too long
+  std::uint64_t slips = 0;        // periods left out because an earlier one took too long
+  std::uint64_t misses = 0;       // of its deadline
+  std::uint64_t page_faults = 0;  // looked at now and then
 };
 
 struct TelemetryRecord {
@@ -55,7 +57,6 @@ struct TelemetryRecord {
   std::uint32_t camera_state = 0;
   std::uint32_t eyes_state = 0;
   std::array<std::int64_t, kPanTiltMotors> eye_steps{};
-  std::array<double, kPanTiltMotors> eye_steps_per_s{};
 
   std::uint64_t frames_left_out = 0;
   std::uint64_t late_frames = 0;  // whose pose came after it was to act

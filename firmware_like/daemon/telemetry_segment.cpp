@@ -35,7 +35,7 @@ bool get_record(const TelemetryMemory& memory, TelemetryRecord& record, int atte
     for (std::size_t i = 0; i < words.size(); ++i) words[i] = memory.words[i].load(std::memory_order_relaxed);
     std::atomic_thread_fence(std::memory_order_acquire);
     if (memory.sequence.load(std::memory_order_relaxed) != before) continue;
-    std::memcpy(&record, words.data(), sizeof record);
+    std::memcpy(static_cast<void*>(&record), words.data(), sizeof record);
     return true;
   }
   return false;
