@@ -117,16 +117,6 @@ void Pipeline::plan(std::int64_t now_ns) {
   }
 }
 
-// What was ready too late is left out, so that a slow machine does not act differently, but less.
-void Pipeline::take_sighting(std::int64_t now_ns) {
-  if (!to_arm_.read(last_sighting_)) return;
-  if (now_ns > last_sighting_.valid_from_ns + task(TaskId::kArm).period_ns) {
-    ++late_sightings_;
-  } else {
-    belief_.put(last_sighting_);
-  }
-}
-
 void Pipeline::move(std::int64_t now_ns, const ArmFeedback* feedback) {
   if (feedback != nullptr) {
     feedback_ = *feedback;
@@ -136,7 +126,7 @@ void Pipeline::move(std::int64_t now_ns, const ArmFeedback* feedback) {
     hand_history_.add(feedback->stamp_ns, q);
     hand_to_vision_.write(hand_history_);
   }
-  take_sighting(now_ns);
+  if (to_arm_.read(last_sighting_)) belief_.put(last_sighting_);
   belief_.step(now_ns);
 
   arm_period_.t_ns = now_ns;

@@ -88,7 +88,6 @@ class Pipeline {
   [[nodiscard]] const PanTiltFeedback& eyes_feedback() const { return eyes_seen_; }
   [[nodiscard]] const CameraHealth& camera_health() const { return camera_health_; }
   [[nodiscard]] const Sighting& last_sighting() const { return last_sighting_; }
-  [[nodiscard]] std::uint64_t late_sightings() const { return late_sightings_; }
   [[nodiscard]] const VisionTask& vision() const { return vision_; }
   [[nodiscard]] const SelfTestResult& self_test_result() const { return self_test_; }
 
@@ -97,7 +96,6 @@ class Pipeline {
   void look(std::int64_t now_ns, CameraState state, const StereoFrame* frame);
   void move(std::int64_t now_ns, const ArmFeedback* feedback);
   void turn(std::int64_t now_ns, const PanTiltFeedback* feedback);
-  void take_sighting(std::int64_t now_ns);
   [[nodiscard]] Conditions conditions(std::int64_t now_ns);
   void plan(std::int64_t now_ns);
 
@@ -114,7 +112,6 @@ class Pipeline {
   PanTiltFeedback eyes_seen_;
   bool eyes_seen_once_ = false;
   Sighting last_sighting_;
-  std::uint64_t late_sightings_ = 0;  // left out: they came after they were to act
   SelfTestResult self_test_;
   int missed_deadlines_ = 0;
   std::int64_t reset_until_ns_ = 0;  // a reset is wanted, and the drives are asked to clear their fault

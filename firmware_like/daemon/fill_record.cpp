@@ -50,7 +50,7 @@ void fill_record(const Pipeline& pipeline, TelemetryRecord& record) {
   record.camera_state = number_of(pipeline.camera_health().state);
   record.eyes_state = number_of(pipeline.eyes_feedback().state);
   record.eye_steps = pipeline.eyes_feedback().steps;
-  record.late_frames = pipeline.late_sightings();
+  record.late_frames = pipeline.belief().late();
 
   const Supervisor& supervisor = pipeline.supervisor();
   record.mode_changes = supervisor.changes();
