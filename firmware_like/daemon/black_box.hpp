@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "algo/image.hpp"
 #include "firmware_like/daemon/telemetry_record.hpp"
@@ -45,9 +46,11 @@ struct BoxHeader {
   std::uint32_t pair_bytes = sizeof(BoxPair);
   std::uint32_t records = 0;
   std::uint32_t pairs = 0;
-  std::uint32_t crc = 0;       // of records and pairs
-  std::int64_t fault_ns = 0;   // when it was asked for
+  std::uint32_t crc = 0;      // of all of the file, with 0 here
+  std::int64_t fault_ns = 0;  // when it was asked for
 };
+// Of a header, and of what follows it in the file.
+[[nodiscard]] std::uint32_t crc_of_box(BoxHeader header, std::span<const std::byte> body);
 
 class BlackBox {
  public:

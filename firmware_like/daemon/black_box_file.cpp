@@ -25,6 +25,11 @@ const char* describe(BoxFileStatus status) {
   return "unknown error";
 }
 
+std::uint32_t crc_of_box(BoxHeader header, std::span<const std::byte> body) {
+  header.crc = 0;
+  return crc32(body, crc32(std::as_bytes(std::span(&header, 1))));
+}
+
 BoxFileStatus BlackBoxFile::prepare(const char* path) {
   discard();
   const std::size_t length = std::strlen(path);
@@ -71,7 +76,7 @@ BoxFileStatus BlackBoxFile::save(const BlackBox& box) {
   for (std::size_t i = 0; i < header.records; ++i) put(box.record_at(i));
   for (std::size_t i = 0; i < header.pairs; ++i) put(box.pair_at(i));
   const std::byte* const begin = place_ + sizeof(BoxHeader);
-  header.crc = crc32({begin, next});
+  header.crc = crc_of_box(header, {begin, next});
   std::memcpy(place_, &header, sizeof header);
   const bool saved = ::msync(place_, kBoxFileBytes, MS_SYNC) == 0 &&
                      ::ftruncate(file_, static_cast<off_t>(next - place_)) == 0 &&

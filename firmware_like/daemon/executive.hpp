@@ -306,10 +306,15 @@ void Executive<D>::run_vision() {
 template <Devices D>
 void Executive<D>::run_capture() {
   begin_task(TaskId::kCapture);
+  rt::TimingRecord& timing = summaries_[index(TaskId::kCapture)].timing;
   devices_->start_capture(clock_.now_ns());
   while (!stop_.load(std::memory_order_acquire)) {
     devices_->capture_once(clock_);
-    after_run(TaskId::kCapture, clock_.now_ns());
+    // It waits inside: only that it came round is known.
+    const std::int64_t now_ns = clock_.now_ns();
+    timing.began(now_ns, now_ns);
+    (void)timing.ended(now_ns);
+    after_run(TaskId::kCapture, now_ns);
   }
   devices_->stop_capture();
   end_task(TaskId::kCapture);

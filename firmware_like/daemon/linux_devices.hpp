@@ -14,8 +14,6 @@
 #include "hal/v4l2/v4l2_stereo_camera.hpp"
 #ifdef VERGENCE_WITH_GPIOD
 #include "hal/gpio_step/libgpiod_lines.hpp"
-#else
-#include "hal/gpio_step/memory_lines.hpp"
 #endif
 
 namespace vergence {
@@ -59,7 +57,12 @@ class LinuxDevices {
 #ifdef VERGENCE_WITH_GPIOD
   using Lines = step::LibgpiodLines;
 #else
-  using Lines = step::MemoryLines;
+  // Built without libgpiod 1.x: there are none.
+  struct Lines {
+    [[nodiscard]] bool set_outputs(std::uint32_t) { return false; }
+    [[nodiscard]] bool set_enable(bool) { return false; }
+    [[nodiscard]] bool read_inputs(std::uint32_t&) { return false; }
+  };
 #endif
   [[nodiscard]] step::StepMotors<Lines, rt::MonotonicClock>& eyes() { return eyes_; }
   [[nodiscard]] std::int64_t next_edge_ns() const { return eyes_.next_deadline_ns(); }

@@ -55,7 +55,8 @@ void take_numbers(const TomlReader& table, const ConfigField& field, int instanc
     const double kept = field.get(config, {instance, element}) / field.scale;
     const double written = values[static_cast<std::size_t>(element)];
     // Times are kept in whole nanoseconds.
-    if (std::abs(kept - written) > 1e-9 * std::abs(written) + 1 / std::abs(field.scale)) {
+    const double grain = std::max(1e-9, field.scale > 1 ? 1 / field.scale : 0);
+    if (std::abs(kept - written) > 1e-9 * std::abs(written) + grain) {
       table.fail(field.key, "cannot be", "the squares of a quaternion's vector part add up to 1 at most");
     }
   }
