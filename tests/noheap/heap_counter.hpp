@@ -1,5 +1,5 @@
-// Counts calls of the allocator, and of those that map memory, while one of these lives: proof that a block of
-// code asks for no memory.
+// Counts calls of the allocator, and of those that map memory, while one of these lives: proof that a block
+// of code asks for no memory.
 #pragma once
 
 namespace vergence::testing {

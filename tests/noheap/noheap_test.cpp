@@ -135,7 +135,8 @@ TEST(NoHeap, AHundredThousandPeriodsNeitherAllocateNorFaultAPage) {
   robot->run(0.1);
   robot->start();
   robot->run(1);
-  // Where it may not be locked, the kernel may take memory back, and what comes again is not the controller's.
+  // Where it may not be locked, the kernel may take memory back, and what comes again is not the
+  // controller's.
   const bool locked = rt::lock_memory().error == rt::MemoryLockError::kNone;
   const rt::PageFaults before = rt::page_faults_of_this_thread();
   const HeapCounter counter;
