@@ -333,10 +333,13 @@ std::uint32_t crc_of(const Header& header) {
 }
 
 ImageStatus check_header(std::span<const std::byte> image, Header& header) {
+  const Header ours;
+  const std::size_t begun = std::min(image.size(), ours.magic.size());
+  if (begun > 0 && std::memcmp(image.data(), ours.magic.data(), begun) != 0) {
+    return ImageStatus::kNotAnImage;
+  }
   if (image.size() < sizeof(Header)) return ImageStatus::kTruncated;
   std::memcpy(&header, image.data(), sizeof header);
-  const Header ours;
-  if (header.magic != ours.magic) return ImageStatus::kNotAnImage;
   if (header.byte_order != ours.byte_order) return ImageStatus::kWrongByteOrder;
   if (header.header_crc != crc_of(header)) return ImageStatus::kCorrupted;
   if (header.version != ours.version) return ImageStatus::kOtherVersion;
