@@ -110,10 +110,17 @@ void pass_text(Archive& archive, const ConfigSection& section, const ConfigField
   if (!ended && misfit.section == nullptr) misfit = {section.name, field.key, "does not end"};
 }
 
+// Of a list, as many as there are drives: the others have no values to judge.
+int used(const ConfigSection& section, const ControllerConfig& config) {
+  if (section.list == 0) return section.count();
+  return config.robot.has_arm ? std::clamp(config.can.arm.axes, 0, section.list) : 0;
+}
+
 template <typename Archive>
 void pass_fields(Archive& archive, ControllerConfig& config, Misfit& misfit) {
+  archive.pass(config.can.arm.axes);
   for (const ConfigSection& section : config_sections()) {
-    for (int instance = 0; instance < section.count(); ++instance) {
+    for (int instance = 0; instance < used(section, config); ++instance) {
       for (const ConfigField& field : section.fields) {
         for (int element = 0; element < field.count; ++element) {
           const Place place{instance, element};
@@ -183,7 +190,6 @@ void pass_arm(Archive& archive, ControllerConfig& config) {
   archive.pass(arm.held);
   pass_transform(archive, config.robot.T_W_H_fixed);
   // The bus's own guard, made from these.
-  archive.pass(config.can.arm.axes);
   archive.pass(config.can.arm.sync_period_ns);
   for (canopen::CanopenAxisConfig& axis : config.can.arm.axis) {
     archive.pass(axis.min_rad);
