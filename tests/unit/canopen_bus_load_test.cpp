@@ -130,6 +130,11 @@ TEST(BusLoadTest, SevenAxesFitAt500HzAndNotAt1kHz) {
   config.sync_period_ns = 1'000'000;
   ASSERT_EQ(check(config).finding, ConfigFinding::kNone);
   EXPECT_GT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  config.axes = 4;
+  EXPECT_GT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  config.axes = 3;
+  EXPECT_LT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  config.axes = 7;
   config.sync_period_ns = 2'000'000;
   EXPECT_GT(bus_load_permille(config, kBitPerS / 2), kMostBusLoad_permille);
 }

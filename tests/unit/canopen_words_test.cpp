@@ -2,6 +2,7 @@
 // lost is made good.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "hal/canopen/bytes.hpp"
@@ -14,7 +15,6 @@ namespace {
 
 using testing::can_frame;
 using testing::CanopenRobot;
-using testing::CanRecorder;
 using testing::config_of_drives;
 
 constexpr std::uint32_t kControlwords = 0x300;
@@ -31,7 +31,7 @@ std::vector<std::uint32_t> words_to(const std::vector<CanFrame>& frames, std::ui
 
 using Words = std::vector<std::uint32_t>;
 
-// The first period of the arm's task sends SYNC before all else, so that nothing delays it.
+// SYNC comes before all else, so that nothing delays it.
 TEST(CanopenWordsTest, SteadyMotionIsSyncPositionsAndTargetsAlone) {
   CanopenRobot robot;
   ASSERT_TRUE(robot.move());
@@ -253,20 +253,40 @@ TEST(CanopenWordsTest, AFaultIsResetByAnEdge) {
   }
 }
 
-// Words that the bus did not take count as not sent.
+// Words that the bus did not take count as not sent: enabling takes the one period longer, no more.
 TEST(CanopenWordsTest, ARefusedWordIsTriedAgainInTheNextPeriod) {
-  CanopenArmConfig config = config_of_drives();
-  CanRecorder bus;
-  Axis axis;
-  axis.init(config, 0, 0);
-  bus.is_full = true;
-  EXPECT_FALSE(axis.steer(DriveGoal::kQuickStop, FrameSink(bus)));
-  bus.is_full = false;
-  EXPECT_TRUE(axis.steer(DriveGoal::kQuickStop, FrameSink(bus)));
-  const CanFrame frame = bus.take();
-  EXPECT_EQ(frame.id, 0x30BU);
-  EXPECT_EQ(frame.size, 2);
-  EXPECT_EQ(frame.data[0], 0x02);
+  int periods[2] = {};
+  for (const bool is_full : {false, true}) {
+    CanopenRobot robot;
+    for (SimulatedDrive& drive : robot.drives) drive.refuse(kCyclePeriod, 0, kAbortNoObject);
+    ASSERT_TRUE(robot.boot());
+    robot.request = ArmRequest::kEnable;
+    robot.run(1);
+    robot.master_port().set_full(is_full);
+    robot.run(1);
+    robot.master_port().set_full(false);
+    while (robot.feedback.state == ArmState::kEnabling && periods[is_full] < 40) {
+      robot.period();
+      ++periods[is_full];
+    }
+    EXPECT_EQ(robot.feedback.state, ArmState::kEnabled) << describe(robot.fault()).data();
+  }
+  EXPECT_EQ(periods[1], periods[0] + 1);
+}
+
+// Started is not yet listening: until a drive is known to run, it is told each period.
+TEST(CanopenWordsTest, ADriveThatMayNotHearYetIsToldAgain) {
+  CanopenRobot robot;
+  ASSERT_TRUE(robot.bus->drop({kStatuswords + kSickNode}, 1));
+  for (int i = 0; i < 200 && robot.arm.master().axis(2).phase() != AxisPhase::kAwaitStart; ++i)
+    robot.period();
+  (void)robot.heard();
+  for (int i = 0; i < 20; ++i) {
+    robot.period();
+    ASSERT_EQ(robot.arm.master().axis(2).phase(), AxisPhase::kAwaitStart);
+    EXPECT_EQ(words_to(robot.heard(), kSickNode), (Words{0x00}));
+  }
+  EXPECT_TRUE(robot.boot());  // by the event timer
 }
 
 // A bit that flickers costs one frame a period and drive, and no fault.
