@@ -459,6 +459,14 @@ ConfigConflict find_eye_conflict(const C& c) {
     if (is_beyond(limits.acceleration_rad_per_s2 * steps_per_rad, timing.acceleration_millisteps_per_s2)) {
       return {"eyes", kMotors[i], "acceleration_rad_per_s2 is more than ramp_steps_per_s2"};
     }
+    // A switch that is not wired is never pressed, and nobody would notice.
+    const step::MotorConfig& motor = c.motors.motors[i];
+    const bool low_missing = motor.low_end != step::EndAction::kNone && c.lines.inputs[2 * i].name[0] == '\0';
+    const bool high_missing =
+        motor.high_end != step::EndAction::kNone && c.lines.inputs[2 * i + 1].name[0] == '\0';
+    if (low_missing || high_missing) {
+      return {"eyes", kMotors[i], "an end has an action but no switch: name its line, or say none"};
+    }
   }
   return {};
 }

@@ -137,6 +137,7 @@ TEST(Config, TellsEveryMistakeWithItsLineAndField) {
        "make the step task more punctual"},
       {"acceleration_rad_per_s2 = 25", "acceleration_rad_per_s2 = 50", "eyes.tilt",
        "more than ramp_steps_per_s2"},
+      {"[eyes.tilt]", "[eyes.tilt]\nlow_end = \"home\"", "eyes.tilt", "name its line"},
       {"node = 7", "node = 6", "can.axis", ""},
       {"node = 7", "node = 128", "can.axis[6].node", "from 1 to 127"},
       {"node = 7\n", "", "can.axis[6].node", "missing"},
