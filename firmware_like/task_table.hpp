@@ -7,6 +7,7 @@
 
 namespace vergence {
 
+// Stacks: arm64's C library wants 128 KiB at least, beside the guard page.
 struct TaskRow {
   const char* name;
   std::int64_t period_ns;
@@ -33,9 +34,9 @@ inline constexpr std::array<TaskRow, kTaskCount> kTasks = {
     // Asked this often whether a pair has come; a frame's own deadline is its release offset.
     TaskRow{"vision", 1'000'000, 33'000'000, 60, 3, std::size_t{1024} * 1024},
     // Waits for the cameras, at most 100 ms.
-    TaskRow{"capture", 0, 10'000'000, 65, 0, std::size_t{128} * 1024},
+    TaskRow{"capture", 0, 10'000'000, 65, 0, std::size_t{256} * 1024},
     // Sleeps from edge to edge of the step pulses.
-    TaskRow{"steps", 0, 100'000, 85, 2, std::size_t{128} * 1024},
+    TaskRow{"steps", 0, 100'000, 85, 2, std::size_t{256} * 1024},
 };
 
 [[nodiscard]] constexpr const TaskRow& task(TaskId id) {
