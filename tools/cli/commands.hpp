@@ -12,6 +12,7 @@ void add_render_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_accuracy_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
+void add_bringup_command(CLI::App& app);
 void add_config_command(CLI::App& app);
 void add_controller_commands(CLI::App& app);
 void add_replay_command(CLI::App& app);
