@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <numeric>
 #include <string>
 
 #include "hal/v4l2/pixel_formats.hpp"
+#include "hal/v4l2/video_error.hpp"
 
 namespace vergence::tools {
 namespace {
@@ -37,6 +39,16 @@ double to_ms(std::int64_t ns) {
 
 double share(double part, double whole) {
   return whole > 0 ? part / whole : 0;
+}
+
+// In words, and of what came of it that the driver itself says.
+std::string words_of(const v4l2::VideoError& error) {
+  if (v4l2::is_ok(error)) return "";
+  if (error.error_number != 0) {
+    return format("%s: %s", v4l2::field(error.fault), std::strerror(error.error_number));
+  }
+  std::array<char, 256> text{};
+  return {text.data(), v4l2::write_message(error, text)};
 }
 
 std::string name_of(std::size_t side, const char* check) {
@@ -115,7 +127,7 @@ void judge_losses(const std::string& check, const EyeObservation& eye, Findings&
   Outcome outcome = lost > 0 ? Outcome::kWarn : Outcome::kPass;
   if (part > kMostLost || counts.restarts > 0) outcome = Outcome::kFail;
   found.judge(outcome, check, measured,
-              (eye.trouble.empty() ? "" : eye.trouble + "; ") +
+              (v4l2::is_ok(eye.error) ? "" : words_of(eye.error) + "; ") +
                   "another cable or port, one USB controller a camera, and look into `dmesg`");
 }
 
@@ -215,21 +227,21 @@ void judge_eye(std::size_t side, const EyeObservation& eye, const v4l2::VideoCon
                                   "gain",   "white_balance", "brightness", "hue"};
   const std::string check = name_of(side, "opens");
   if (!eye.streamed) {
-    found.fail(
-        check,
-        std::string(config.path.data()) + ": " + (eye.trouble.empty() ? "no picture came" : eye.trouble),
-        "`v4l2-ctl --list-devices` and /dev/v4l/by-path list what is there; be in the group `video`; no "
-        "other "
-        "program may have the camera open");
+    const std::string why = v4l2::is_ok(eye.error) ? "no picture came" : words_of(eye.error);
+    found.fail(check, std::string(config.path.data()) + ": " + why,
+               std::string(v4l2::remedy(eye.error.fault)) +
+                   "; `v4l2-ctl --list-devices` and /dev/v4l/by-path list what is there; be in the group "
+                   "`video`; no "
+                   "other program may have the camera open");
     for (const char* const other : kOthers) found.skip(name_of(side, other), "no picture came");
     return;
   }
   found.pass(check, config.path.data());
   judge_format(name_of(side, "format"), eye.format, config, found);
   if (eye.frames.size() < kLeastFrames) {
-    found.fail(
-        name_of(side, "rate"), format("%zu frames in all", eye.frames.size()),
-        (eye.trouble.empty() ? "" : eye.trouble + "; ") + "run longer (--seconds); check cable and port");
+    found.fail(name_of(side, "rate"), format("%zu frames in all", eye.frames.size()),
+               (v4l2::is_ok(eye.error) ? "" : words_of(eye.error) + "; ") +
+                   "run longer (--seconds); check cable and port");
   } else {
     judge_rate(name_of(side, "rate"), eye, asked_rate(config, eye.format), found);
   }

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "hal/v4l2/capture.hpp"
@@ -25,7 +24,7 @@ using ControlReadings = std::array<v4l2::ControlReading, v4l2::kControlRoles>;
 
 struct EyeObservation {
   bool streamed = false;
-  std::string trouble;  // the last error in words, also one that was recovered from
+  v4l2::VideoError error;  // the last, also one that was recovered from
   v4l2::StreamFormat format;
   v4l2::CaptureCounts counts;  // of the run
   std::vector<SeenFrame> frames;

@@ -68,8 +68,13 @@ class PulseTrain {
   static constexpr std::int64_t kRest_ns = 50'000'000;  // at each end
   static constexpr std::int64_t kSlack_ns = 2'000'000'000;
 
-  PulseObservation run_one(std::size_t motor, const step::StepMotorsConfig& config, const PulsePlan& plan) {
+  PulseObservation run_one(std::size_t motor, step::StepMotorsConfig config, const PulsePlan& plan) {
     PulseObservation seen;
+    // A home switch would set the position, and the way back would be another one.
+    for (step::MotorConfig& its : config.motors) {
+      if (its.low_end == step::EndAction::kHome) its.low_end = step::EndAction::kFault;
+      if (its.high_end == step::EndAction::kHome) its.high_end = step::EndAction::kFault;
+    }
     bool lines_work = false;
     const step::MotorError error = motors_.configure(config, lines_work);
     if (error.error != step::TimingError::kNone || !lines_work) {

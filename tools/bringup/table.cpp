@@ -14,11 +14,14 @@ std::string table_of(const std::vector<Finding>& findings) {
   std::string table;
   for (const Finding& finding : findings) {
     const char* const outcome = finding.outcome == Outcome::kFail ? "FAIL" : to_string(finding.outcome);
+    const bool is_skipped = finding.outcome == Outcome::kSkipped;
+    const std::string& said = is_skipped ? finding.remedy : finding.measured;
     std::string line = format("%-*s %-*s %-8s %s", kGroupWidth, finding.group.c_str(), kCheckWidth,
-                              finding.check.c_str(), outcome, finding.measured.c_str());
+                              finding.check.c_str(), outcome, said.c_str());
     line.erase(line.find_last_not_of(' ') + 1);
     table += line + '\n';
-    if (!finding.remedy.empty()) table += format("%*s-> %s\n", kGroupWidth + 1, "", finding.remedy.c_str());
+    if (!finding.remedy.empty() && !is_skipped)
+      table += format("%*s-> %s\n", kGroupWidth + 1, "", finding.remedy.c_str());
   }
   return table;
 }

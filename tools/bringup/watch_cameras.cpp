@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::int64_t kPatience_ns = 2'000'000'000;  // with a camera that is not there
 
-std::string message_of(const v4l2::VideoError& error) {
-  std::array<char, 256> text{};
-  return v4l2::is_ok(error) ? "" : std::string(text.data(), v4l2::write_message(error, text));
-}
-
 v4l2::CaptureCounts difference(const v4l2::CaptureCounts& now, const v4l2::CaptureCounts& before) {
   v4l2::CaptureCounts run;
   run.frames = now.frames - before.frames;
@@ -40,7 +35,7 @@ class Watcher {
       start_within_ns_ = std::max(start_within_ns_, eye.settle_ns + eye.first_frame_ns + eye.give_up_ns);
       const v4l2::VideoError error = captures_[side].configure(system, eye);
       if (v4l2::is_ok(error)) captures_[side].start((*now_ns_)());
-      seen_.eyes[side].trouble = message_of(error);
+      seen_.eyes[side].error = error;
     }
   }
 
@@ -62,8 +57,7 @@ class Watcher {
       read_controls(side, eye.last);
       eye.counts = difference(captures_[side].counts(), before[side]);
       eye.light = light_[side].summary();
-      if (const std::string trouble = message_of(captures_[side].error()); !trouble.empty())
-        eye.trouble = trouble;
+      if (v4l2::is_ok(eye.error)) eye.error = captures_[side].error();
       captures_[side].stop();
     }
     return std::move(seen_);
