@@ -24,7 +24,7 @@ Yuv of_rgb(int r, int g, int b) {
 
 // Packed 4:2:2: the chroma of a pixel is that of its pair.
 Yuv packed_at(const std::uint8_t* row, int x, bool luma_first) {
-  const std::uint8_t* pair = row + std::ptrdiff_t{4} * (x / 2);
+  const std::uint8_t* const pair = &row[std::ptrdiff_t{4} * (x / 2)];
   const int odd = x & 1;
   if (luma_first) return {pair[2 * odd], pair[1], pair[3]};
   return {pair[2 * odd + 1], pair[0], pair[2]};
@@ -47,7 +47,8 @@ Yuv pixel_at(const ImageView& image, int x, int y) {
 void take_picture(const ImageView& image, BoxPicture& picture) {
   for (int y = 0; y < kBoxPictureHeight; ++y) {
     for (int x = 0; x < kBoxPictureWidth; ++x) {
-      const Yuv pixel = pixel_at(image, x * image.width_px / kBoxPictureWidth, y * image.height_px / kBoxPictureHeight);
+      const Yuv pixel =
+          pixel_at(image, x * image.width_px / kBoxPictureWidth, y * image.height_px / kBoxPictureHeight);
       const auto i = static_cast<std::size_t>(y) * kBoxPictureWidth + static_cast<std::size_t>(x);
       picture.luma[i] = pixel.y;
       picture.cb[i] = pixel.cb;

@@ -16,7 +16,8 @@ const char* describe(BoxFileStatus status) {
   switch (status) {
     case BoxFileStatus::kOk: return "no error";
     case BoxFileStatus::kBadPath: return "its path has 1 to 107 bytes";
-    case BoxFileStatus::kCannotOpen: return "it cannot be made: is there such a folder, and may we write to it?";
+    case BoxFileStatus::kCannotOpen:
+      return "it cannot be made: is there such a folder, and may we write to it?";
     case BoxFileStatus::kNoRoom: return "the disk has no room for it: faults will leave no record";
     case BoxFileStatus::kCannotMap: return "it cannot be mapped into memory";
     case BoxFileStatus::kCannotSave: return "it cannot be written or named";

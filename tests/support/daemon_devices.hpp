@@ -1,5 +1,5 @@
-// Devices for the executive that need no hardware: drives that follow at once, eyes that count, cameras that see
-// nothing but grey. Faults can be ordered from the test's thread.
+// Devices for the executive that need no hardware: drives that follow at once, eyes that count, cameras that
+// see nothing but grey. Faults can be ordered from the test's thread.
 #pragma once
 
 #include <array>
@@ -23,7 +23,8 @@ class DaemonDevices {
     const SerialArm arm = pa10();
     const Pa10Inverse inverse = inverse_pa10(arm, start_of_hand(), JointVector::Zero());
     const JointVector q = nearest_solution(arm, inverse, JointVector::Zero()).value();
-    for (Eigen::Index i = 0; i < kMaxJoints; ++i) arm_.feedback.position_rad[static_cast<std::size_t>(i)] = q[i];
+    for (Eigen::Index i = 0; i < kMaxJoints; ++i)
+      arm_.feedback.position_rad[static_cast<std::size_t>(i)] = q[i];
   }
 
   struct Cameras {

@@ -1,5 +1,5 @@
-// The controller's configuration: good examples are good, every mistake is told with file, line and field, and
-// an image that was not made here and now is refused.
+// The controller's configuration: good examples are good, every mistake is told with file, line and field,
+// and an image that was not made here and now is refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,8 +22,8 @@ namespace vergence {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::Random;
 using test::TempDirectory;
+using testing::Random;
 using tools::default_config;
 using tools::read_config;
 
@@ -101,8 +101,9 @@ TEST(Config, ShownIsReadAsTheSame) {
   const auto config = example();
   const TempDirectory folder;
   fs::copy(kExamples / "pa10_vergence", folder.path(), fs::copy_options::recursive);
-  test::write_file(folder / "robot.toml", "rig = \"rig.toml\"\nmodel = \"model\"\nsearch = \"search.toml\"\n" +
-                                              tools::show_config(*config));
+  test::write_file(
+      folder / "robot.toml",
+      "rig = \"rig.toml\"\nmodel = \"model\"\nsearch = \"search.toml\"\n" + tools::show_config(*config));
   const auto again = read_config(folder.path() / "robot.toml");
   EXPECT_EQ(tools::show_config(*again), tools::show_config(*config));
 }
@@ -129,14 +130,18 @@ TEST(Config, TellsEveryMistakeWithItsLineAndField) {
       {"box_max_mm = [-300", "box_max_mm = [-1300", "limits.box_max_mm", "is not above box_min_mm"},
       {"format = \"YUYV\"", "format = \"MJPG\"", "cameras.format", "one of YUYV, UYVY, NV12, RGB24"},
       {"/dev/v4l/by-path/pci-0000:00:14.0-usb-0:1:1.0-video-index0", "", "cameras.left", "device is not set"},
-      {"interface = \"can0\"", "interface = \"a-name-that-is-too-long\"", "can.interface", "at most 15 bytes"},
+      {"interface = \"can0\"", "interface = \"a-name-that-is-too-long\"", "can.interface",
+       "at most 15 bytes"},
       {"steps_per_turn = 16000", "steps_per_turn = 160000", "eyes.tilt", "more than max_rate_steps_per_s"},
-      {"max_rate_steps_per_s = 4000", "max_rate_steps_per_s = 9000", "eyes.tilt", "make the step task more punctual"},
-      {"acceleration_rad_per_s2 = 25", "acceleration_rad_per_s2 = 50", "eyes.tilt", "more than ramp_steps_per_s2"},
+      {"max_rate_steps_per_s = 4000", "max_rate_steps_per_s = 9000", "eyes.tilt",
+       "make the step task more punctual"},
+      {"acceleration_rad_per_s2 = 25", "acceleration_rad_per_s2 = 50", "eyes.tilt",
+       "more than ramp_steps_per_s2"},
       {"node = 7", "node = 6", "can.axis", ""},
       {"node = 7", "node = 128", "can.axis[6].node", "from 1 to 127"},
       {"node = 7\n", "", "can.axis[6].node", "missing"},
-      {"[[can.axis]]  # W2\nnode = 7\ncounts_per_turn = 1048576\n", "", "can.axis", "there are 6 but the arm has 7"},
+      {"[[can.axis]]  # W2\nnode = 7\ncounts_per_turn = 1048576\n", "", "can.axis",
+       "there are 6 but the arm has 7"},
       {"rig = \"rig.toml\"", "rig = \"rig.tml\"", "rig.tml", "no such file"},
       {"[control]", "[control", "line ", "not valid TOML"},
       {"interface = \"can0\"", "interface = \"can0\"\nbitrate_bit_per_s = 500000", "can.bitrate_bit_per_s",
@@ -149,6 +154,13 @@ TEST(Config, TellsEveryMistakeWithItsLineAndField) {
     EXPECT_NE(complaint.find(mistake.what), std::string::npos) << complaint;
     EXPECT_NE(complaint.find(".t"), std::string::npos) << complaint;  // a file's name
   }
+}
+
+TEST(Config, ARobotMayHaveNoArmAndNoEyes) {
+  const auto no_arm = read_changed("[can]", "[can]\npresent = false");
+  EXPECT_EQ(status_of(image_of(*no_arm)), ImageStatus::kOk);
+  const auto no_eyes = read_changed("[eyes]", "[eyes]\npresent = false");
+  EXPECT_EQ(status_of(image_of(*no_eyes)), ImageStatus::kOk);
 }
 
 TEST(Config, SharedSettingsAreForAllAndOwnOnesGoBefore) {
@@ -175,7 +187,8 @@ TEST(ConfigFields, DefaultsAreInRange) {
       for (const ConfigField& field : section.fields) {
         if (field.kind == FieldKind::kText) continue;
         for (int element = 0; element < field.count; ++element) {
-          EXPECT_TRUE(is_in_range(field, field.get(*config, {i, element}))) << section.name << '.' << field.key;
+          EXPECT_TRUE(is_in_range(field, field.get(*config, {i, element})))
+              << section.name << '.' << field.key;
         }
       }
     }
@@ -189,7 +202,8 @@ TEST(ConfigImage, KeepsEverySetting) {
   for (int trial = 0; trial < 50; ++trial) {
     for (const ConfigSection& section : config_sections()) {
       const auto& fields = section.fields;
-      const ConfigField& field = fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))];
+      const ConfigField& field =
+          fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))];
       if (field.kind == FieldKind::kText) continue;
       const Place place{random.below(section.count()), random.below(field.count)};
       double written = random.between(field.low, field.high);
@@ -214,15 +228,17 @@ TEST(ConfigImage, RefusesWhateverWasCutOrChanged) {
   ASSERT_EQ(status_of(image), ImageStatus::kOk);
   Random random(3);
   for (std::size_t size = 0; size < image.size(); size += size < 64 ? 1 : 997) {
-    EXPECT_NE(status_of({image.begin(), image.begin() + static_cast<std::ptrdiff_t>(size)}), ImageStatus::kOk);
+    EXPECT_NE(status_of({image.begin(), image.begin() + static_cast<std::ptrdiff_t>(size)}),
+              ImageStatus::kOk);
   }
   std::vector<std::byte> longer = image;
   longer.push_back(std::byte{0});
   EXPECT_EQ(status_of(longer), ImageStatus::kWrongSize);
   for (int trial = 0; trial < 500; ++trial) {
     std::vector<std::byte> changed = image;
-    const std::size_t at =
-        trial < 32 ? static_cast<std::size_t>(trial) : static_cast<std::size_t>(random.below(static_cast<int>(image.size())));
+    const std::size_t at = trial < 32
+                               ? static_cast<std::size_t>(trial)
+                               : static_cast<std::size_t>(random.below(static_cast<int>(image.size())));
     changed[at] ^= static_cast<std::byte>(1 << random.below(8));
     EXPECT_NE(status_of(changed), ImageStatus::kOk) << at;
   }
@@ -248,8 +264,8 @@ TEST(ConfigImage, SaysWhatItIsNot) {
 TEST(ConfigImage, JudgesEveryValueAgain) {
   const std::vector<std::byte> image = image_of(*example());
   std::vector<std::byte> changed = image;
-  const double beyond = 51;  // control.position_per_s comes first
-  std::memcpy(changed.data() + kHeaderBytes, &beyond, sizeof beyond);
+  const double beyond = 51;  // control.position_per_s comes first, after the number of axes
+  std::memcpy(changed.data() + kHeaderBytes + sizeof(int), &beyond, sizeof beyond);
   sign(changed);
   const auto config = std::make_unique<ControllerConfig>();
   const ImageResult result = read_image(changed, *config);
@@ -267,7 +283,9 @@ TEST(ConfigImage, JudgesEveryValueAgain) {
     sign(changed);
     const ImageResult judged = read_image(changed, *config);
     refused += judged.status == ImageStatus::kBadValue ? 1 : 0;
-    ASSERT_TRUE(judged.status == ImageStatus::kOk || judged.status == ImageStatus::kBadValue);
+    // Another number of axes, or another kind of target, is another length.
+    ASSERT_TRUE(judged.status == ImageStatus::kOk || judged.status == ImageStatus::kBadValue ||
+                judged.status == ImageStatus::kWrongSize);
   }
   EXPECT_GT(refused, 0);
 }

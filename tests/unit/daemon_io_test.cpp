@@ -34,7 +34,8 @@ namespace {
 using test::TempDirectory;
 using testing::Random;
 
-// ---- commands -----------------------------------------------------------------------------------------------
+// ---- commands
+// -----------------------------------------------------------------------------------------------
 
 class Operator {
  public:
@@ -163,7 +164,8 @@ TEST_F(CommandSocketTest, ReplacesWhatAKilledOneLeftAndNothingElse) {
   EXPECT_EQ(other.open((folder / "no/such/folder").c_str()), SocketStatus::kCannotBind);
 }
 
-// ---- telemetry ----------------------------------------------------------------------------------------------
+// ---- telemetry
+// ----------------------------------------------------------------------------------------------
 
 TelemetryRecord record_of(std::uint64_t n) {
   TelemetryRecord record;
@@ -175,7 +177,8 @@ TelemetryRecord record_of(std::uint64_t n) {
 }
 
 bool is_whole(const TelemetryRecord& record) {
-  return record.t_ns == static_cast<std::int64_t>(record.period) && record.tasks.back().runs == record.period &&
+  return record.t_ns == static_cast<std::int64_t>(record.period) &&
+         record.tasks.back().runs == record.period &&
          record.joint_rad.front() == static_cast<double>(record.period) &&
          record.joint_rad.back() == static_cast<double>(record.period);
 }
@@ -232,7 +235,8 @@ TEST(Telemetry, RefusesWhatIsNotItsOwn) {
   EXPECT_EQ(writer.open(("/" + std::string(80, 'a')).c_str()), SegmentStatus::kBadName);
 }
 
-// ---- black box ----------------------------------------------------------------------------------------------
+// ---- black box
+// ----------------------------------------------------------------------------------------------
 
 class BlackBoxTest : public ::testing::Test {
  protected:
@@ -388,13 +392,15 @@ TEST_F(BlackBoxTest, NoticesAFullDiskBeforehand) {
   EXPECT_EQ(file.prepare(""), BoxFileStatus::kBadPath);
 }
 
-// ---- command line -------------------------------------------------------------------------------------------
+// ---- command line
+// -------------------------------------------------------------------------------------------
 
 TEST(DaemonOptions, AreParsed) {
   const auto parse = [](std::vector<const char*> arguments, DaemonOptions& options) {
     const char* problem = "";
     arguments.insert(arguments.begin(), "vergenced");
-    return parse_options(static_cast<int>(arguments.size()), const_cast<char**>(arguments.data()), options, problem);
+    return parse_options(static_cast<int>(arguments.size()), const_cast<char**>(arguments.data()), options,
+                         problem);
   };
   DaemonOptions options;
   EXPECT_FALSE(parse({}, options));

@@ -101,7 +101,8 @@ TEST_F(ExecutiveTest, StopsWhenTheDrivesFallSilentAndKeepsWhatLedToIt) {
            r.mode == static_cast<std::uint32_t>(Mode::kFault);
   }));
   BlackBox& box = executive->black_box();
-  for (int i = 0; i < 20'000 && !box.is_frozen(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int i = 0; i < 20'000 && !box.is_frozen(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   ASSERT_TRUE(box.is_frozen());
   ASSERT_GT(box.records(), kBoxTailRecords);
   std::size_t armed = 0;

@@ -42,8 +42,10 @@ std::string ask(const std::string& path, const std::string& word) {
   const int error = errno;
   (void)::close(handle);
   if (got > 0) return {answer.data(), static_cast<std::size_t>(got)};
-  if (got == 0) throw std::runtime_error(path + ": not allowed: only root, its user and its group may command");
-  throw std::runtime_error(path + ": " + std::strerror(error) + " (does vergenced run, and are you in its group?)");
+  if (got == 0)
+    throw std::runtime_error(path + ": not allowed: only root, its user and its group may command");
+  throw std::runtime_error(path + ": " + std::strerror(error) +
+                           " (does vergenced run, and are you in its group?)");
 }
 
 void control(const std::string& path, const std::string& word) {
@@ -63,10 +65,11 @@ nlohmann::json json_of(const TelemetryRecord& record) {
 
 void print_line(const TelemetryRecord& record) {
   const auto& p = record.T_H_M.position_mm;
-  std::printf("%10.3f s  %-9s target %8.1f %8.1f %8.1f mm  confidence %.2f  arm period late %lld us at worst\n",
-              static_cast<double>(record.t_ns) * 1e-9, to_string(static_cast<Mode>(record.mode)), p[0], p[1], p[2],
-              record.confidence,
-              static_cast<long long>(record.tasks[static_cast<std::size_t>(TaskId::kArm)].worst_latency_ns / 1000));
+  std::printf(
+      "%10.3f s  %-9s target %8.1f %8.1f %8.1f mm  confidence %.2f  arm period late %lld us at worst\n",
+      static_cast<double>(record.t_ns) * 1e-9, to_string(static_cast<Mode>(record.mode)), p[0], p[1], p[2],
+      record.confidence,
+      static_cast<long long>(record.tasks[static_cast<std::size_t>(TaskId::kArm)].worst_latency_ns / 1000));
 }
 
 struct WatchOptions {
@@ -112,7 +115,8 @@ void add_controller_commands(CLI::App& app) {
 
   CLI::App* watching = app.add_subcommand("watch", "Watch a running vergenced, without disturbing it");
   const auto options = std::make_shared<WatchOptions>();
-  watching->add_option("--telemetry", options->name, "Its shared memory: runtime.telemetry")->capture_default_str();
+  watching->add_option("--telemetry", options->name, "Its shared memory: runtime.telemetry")
+      ->capture_default_str();
   watching->add_option("--every-s", options->every_s, "Seconds between lines")
       ->check(within(0.001, 3600))
       ->capture_default_str();
@@ -120,7 +124,8 @@ void add_controller_commands(CLI::App& app) {
   watching->add_flag("--json", options->json, "Everything, as a JSON object a line");
   watching->callback([options] { watch(*options); });
 
-  CLI::App* box = app.add_subcommand("black-box", "Turn what vergenced kept of a fault into tables and pictures");
+  CLI::App* box =
+      app.add_subcommand("black-box", "Turn what vergenced kept of a fault into tables and pictures");
   const auto file = std::make_shared<std::filesystem::path>();
   const auto out = std::make_shared<std::filesystem::path>();
   box->add_option("FILE", *file, "As vergenced named it")->required();

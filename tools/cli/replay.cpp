@@ -26,9 +26,11 @@ Recorded read_summary(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) throw InputError(file, "", "cannot be read", "the summary.json of a demo's report");
   const nlohmann::json summary = nlohmann::json::parse(in, nullptr, false);
-  if (!summary.is_object()) throw InputError(file, "", "is no JSON object", "the summary.json of a demo's report");
+  if (!summary.is_object())
+    throw InputError(file, "", "is no JSON object", "the summary.json of a demo's report");
   for (const char* const key : {"scenario", "signature"}) {
-    if (!summary.contains(key) || !summary[key].is_string()) throw InputError(file, key, "missing or no text");
+    if (!summary.contains(key) || !summary[key].is_string())
+      throw InputError(file, key, "missing or no text");
   }
   if (!summary.contains("seed") || !summary["seed"].is_number_unsigned()) {
     throw InputError(file, "seed", "missing or no number");
@@ -66,7 +68,9 @@ void add_replay_command(CLI::App& app) {
   const auto file = std::make_shared<std::filesystem::path>();
   const auto out = std::make_shared<std::filesystem::path>("out/replay");
   command->add_option("FILE", *file, "summary.json of a demo's report")->required();
-  command->add_option("-o,--out", *out, "Directory of the new report")->type_name("DIR")->capture_default_str();
+  command->add_option("-o,--out", *out, "Directory of the new report")
+      ->type_name("DIR")
+      ->capture_default_str();
   command->callback([file, out] { replay(*file, *out); });
 }
 

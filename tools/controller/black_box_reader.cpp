@@ -32,18 +32,22 @@ BoxHeader header_of(const std::filesystem::path& file, const std::vector<char>& 
   const BoxHeader ours;
   if (bytes.size() < sizeof header) throw InputError(file, "", "is too short to be a black box");
   std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != ours.magic) throw InputError(file, "", "is no black box", "vergenced names them when it writes one");
+  if (header.magic != ours.magic)
+    throw InputError(file, "", "is no black box", "vergenced names them when it writes one");
   if (header.version != ours.version || header.record_bytes != ours.record_bytes ||
       header.pair_bytes != ours.pair_bytes) {
-    throw InputError(file, "version", "is of another version", "read it with the vergence that came with its vergenced");
+    throw InputError(file, "version", "is of another version",
+                     "read it with the vergence that came with its vergenced");
   }
   if (header.records > kBoxRecords || header.pairs > kBoxPictures) {
     throw InputError(file, "records", "says it holds more than any does");
   }
-  const std::size_t size = sizeof header + header.records * sizeof(TelemetryRecord) + header.pairs * sizeof(BoxPair);
+  const std::size_t size =
+      sizeof header + header.records * sizeof(TelemetryRecord) + header.pairs * sizeof(BoxPair);
   if (bytes.size() != size) throw InputError(file, "", "was cut short", "copy it again");
   const auto body = std::as_bytes(std::span(bytes)).subspan(sizeof header);
-  if (crc_of_box(header, body) != header.crc) throw InputError(file, "", "is corrupted: its check sum is wrong", "copy it again");
+  if (crc_of_box(header, body) != header.crc)
+    throw InputError(file, "", "is corrupted: its check sum is wrong", "copy it again");
   return header;
 }
 

@@ -14,7 +14,8 @@ class Row {
   }
   template <typename T, std::size_t kCount>
   void add(const std::string& name, const std::array<T, kCount>& list) {
-    for (std::size_t i = 0; i < kCount; ++i) add(name + "_" + std::to_string(i + 1), static_cast<double>(list[i]));
+    for (std::size_t i = 0; i < kCount; ++i)
+      add(name + "_" + std::to_string(i + 1), static_cast<double>(list[i]));
   }
   void add(const std::string& name, const PoseRecord& pose) {
     constexpr std::array<const char*, 3> kAxes = {"_x_mm", "_y_mm", "_z_mm"};
