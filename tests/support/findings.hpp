@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ostream>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,11 +12,18 @@
 #include "tools/bringup/finding.hpp"
 #include "tools/bringup/table.hpp"
 
+namespace vergence::tools {
+
+inline void PrintTo(Outcome outcome, std::ostream* out) {
+  *out << to_string(outcome);
+}
+
+}  // namespace vergence::tools
+
 namespace vergence::testing {
 
 using tools::Finding;
 using tools::Outcome;
-
 // A finding of its own, which matches nothing, where there is no such check.
 inline Finding finding_of(const std::vector<Finding>& findings, const std::string& check) {
   for (const Finding& finding : findings) {

@@ -418,6 +418,10 @@ const Case kCases[] = {
      "400000 counts", "zero_counts"},
 };
 
+void PrintTo(const Case& its, std::ostream* out) {
+  *out << its.name;
+}
+
 class CanVerdicts : public ::testing::TestWithParam<Case> {};
 
 TEST_P(CanVerdicts, AreAsTheyShouldBe) {

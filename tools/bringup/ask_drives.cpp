@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/canopen/bytes.hpp"
 #include "hal/canopen/emergency.hpp"
 #include "hal/canopen/objects.hpp"
@@ -28,18 +29,20 @@ CanFrame who_are_you(std::uint8_t node) {
   return frame;
 }
 
-bool is_own_pdo(std::uint32_t id, const canopen::CanopenArmConfig& config) {
-  for (int i = 0; i < config.axes; ++i) {
-    if (id == canopen::tpdo_cob_id(config.axis[static_cast<std::size_t>(i)])) return true;
-  }
-  return false;
-}
+// Process data of a configured axis: nothing, from it, or to it.
+enum class AxisData : std::uint8_t {
+  kNone,
+  kFeedback,
+  kCommand,
+};
 
-bool is_command_pdo(std::uint32_t id, const canopen::CanopenArmConfig& config) {
+AxisData axis_data(std::uint32_t id, const canopen::CanopenArmConfig& config) {
   for (int i = 0; i < config.axes; ++i) {
-    if (id == canopen::rpdo_cob_id(config.axis[static_cast<std::size_t>(i)])) return true;
+    const canopen::AxisPdos pdos = canopen::axis_pdos(config, i);
+    if (id == pdos.position.cob_id || id == pdos.statusword.cob_id) return AxisData::kFeedback;
+    if (id == pdos.target.cob_id || id == pdos.controlword.cob_id) return AxisData::kCommand;
   }
-  return false;
+  return AxisData::kNone;
 }
 
 class Asker {
@@ -85,11 +88,9 @@ class Asker {
       ++seen_.foreign_commands;
       return;
     }
-    if (is_own_pdo(frame.id, *config_)) return;
-    if (is_command_pdo(frame.id, *config_)) {
-      ++seen_.foreign_commands;
-      return;
-    }
+    const AxisData data = axis_data(frame.id, *config_);
+    if (data == AxisData::kCommand) ++seen_.foreign_commands;
+    if (data != AxisData::kNone) return;
     HeardNode& node = seen_.heard[frame.id & 0x7F];
     switch (frame.id & ~0x7FU) {
       case canopen::kEmergencyCobId: {

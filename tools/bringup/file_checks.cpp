@@ -31,24 +31,27 @@ void judge_config(const FileObservation& seen, Findings& found) {
   }
 }
 
+std::string make_folder(const FolderState& folder) {
+  return "sudo install -d -o vergence -g vergence -m 0750 " + folder.path.string();
+}
+
 // True where it is there and can be written.
-bool judge_folder(const FolderState& folder, const char* check, const std::string& make_it, Findings& found) {
+bool judge_folder(const FolderState& folder, const char* check, Outcome missing, const std::string& remedy,
+                  Findings& found) {
   const std::string path = folder.path.string();
   if (!folder.exists) {
-    found.fail(check, path + " is not there", make_it);
+    found.judge(missing, check, path + " is not there", remedy);
   } else if (!folder.is_writable) {
-    found.fail(check, path + " is not ours to write",
-               "run this as the user that vergenced runs as, or give that user the folder (chown)");
+    // Who sets the robot up need not be who runs it.
+    found.warn(check, path + " is not ours to write",
+               "see that the user vergenced runs as may write it: `ls -ld " + path + "`");
   }
   return folder.exists && folder.is_writable;
 }
 
 void judge_box(const FileObservation& seen, Findings& found) {
   constexpr const char* kCheck = "black box";
-  if (!judge_folder(seen.box_folder, kCheck,
-                    "sudo install -d -g vergence -m 2770 " + seen.box_folder.path.string(), found)) {
-    return;
-  }
+  if (!judge_folder(seen.box_folder, kCheck, Outcome::kFail, make_folder(seen.box_folder), found)) return;
   const double mib = 1024.0 * 1024.0;
   const std::string measured = format("%s, %.0f MiB free, %d of %d names taken", seen.box_folder.path.c_str(),
                                       static_cast<double>(seen.box_free_bytes) / mib, seen.boxes, kMostBoxes);
@@ -88,12 +91,12 @@ std::vector<Finding> judge(const FileObservation& seen) {
     return found.take();
   }
   judge_box(seen, found);
-  const std::string socket_folder = seen.socket_folder.path.string();
-  if (judge_folder(seen.socket_folder, "command socket",
-                   "sudo install -d -g vergence -m 2770 " + socket_folder +
-                       ", or RuntimeDirectory= in the unit of systemd",
+  // Of a service, systemd makes it at the start and removes it at the end.
+  if (judge_folder(seen.socket_folder, "command socket", Outcome::kWarn,
+                   "nothing to do for the service (RuntimeDirectory=); to run vergenced by hand: " +
+                       make_folder(seen.socket_folder),
                    found)) {
-    found.pass("command socket", socket_folder);
+    found.pass("command socket", seen.socket_folder.path.string());
   }
   judge_controller(seen.controller, found);
   return found.take();

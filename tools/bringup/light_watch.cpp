@@ -24,7 +24,7 @@ double luma_of(const std::array<std::uint8_t, 3>& rgb) {
 double circular_deviation_deg(std::complex<double> sum, std::size_t count) {
   if (count == 0) return 0;
   const double length = std::clamp(std::abs(sum) / static_cast<double>(count), 1e-300, 1.0);
-  return std::sqrt(-2 * std::log(length)) * kDegPerRad;
+  return std::sqrt(std::max(0.0, -2 * std::log(length))) * kDegPerRad;
 }
 
 }  // namespace
