@@ -131,6 +131,8 @@ TEST_F(Bringup, RefusesBadUsage) {
   expect_refusal("bringup --config " + (folder / "none.toml").string(), "none.toml");
   const std::string good = "bringup --config " + (folder / "robot.toml").string();
   expect_refusal(good + " --only cameras,moon", "moon");
+  expect_refusal(good + " --yes", "--move");
+  expect_refusal(good + " --loopback LINE", "--move");
   expect_refusal(good + " --seconds 0", "--seconds");
   expect_refusal(good + " --seconds nan", "--seconds");
   expect_refusal(good + " --json " + (folder / "no/f.json").string(), "f.json");

@@ -71,7 +71,7 @@ std::string LibgpiodEdges::open(const std::string& name) {
     return "'" + name + "' is in use, or an output";
   }
   if (gpiod_line_request_rising_edge_events(line, kConsumer) != 0) {
-    const std::string problem = "'" + name + "' gives no edges: " + std::strerror(errno);
+    std::string problem = "'" + name + "' gives no edges: " + std::strerror(errno);
     gpiod_line_close_chip(line);
     return problem;
   }

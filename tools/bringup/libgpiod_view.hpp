@@ -15,7 +15,7 @@ namespace vergence::tools {
 class LibgpiodView final : public GpioView {
  public:
   std::vector<GpioChip> chips(std::string& problem) override;
-  std::optional<bool> level(const std::string& label, const std::string& line) override;
+  std::optional<bool> level(const std::string& label, const std::string& name) override;
 };
 
 class LibgpiodEdges final : public EdgeWatch {
@@ -26,7 +26,7 @@ class LibgpiodEdges final : public EdgeWatch {
   LibgpiodEdges& operator=(const LibgpiodEdges&) = delete;
 
   // A line of any chip; it becomes an input. What is wrong, or nothing.
-  [[nodiscard]] std::string open(const std::string& line);
+  [[nodiscard]] std::string open(const std::string& name);
   void close();
   void collect(std::vector<std::int64_t>& rising_ns) override;
 

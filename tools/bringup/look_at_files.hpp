@@ -15,6 +15,6 @@ struct ConfigLook {
 };
 
 // TOML, or an image. Never throws for what is wrong with the file.
-[[nodiscard]] ConfigLook look_at_files(const std::filesystem::path& config);
+[[nodiscard]] ConfigLook look_at_files(const std::filesystem::path& file);
 
 }  // namespace vergence::tools

@@ -160,12 +160,14 @@ void add_bringup_command(CLI::App& app) {
   command->add_option("--out", options->out, "A picture of each camera, left.png and right.png")
       ->type_name("DIR");
   command->add_option("--json", options->json, "The findings, for programs")->type_name("FILE");
-  command->add_flag("--move", options->moves, "Also turn the motors of the eyes a little; asks first");
-  command->add_flag("--yes", options->is_confirmed, "Do not ask");
+  CLI::Option* move =
+      command->add_flag("--move", options->moves, "Also turn the motors of the eyes a little; asks first");
+  command->add_flag("--yes", options->is_confirmed, "Do not ask")->needs(move);
   command
       ->add_option("--loopback", options->loopback,
                    "With --move: name of a GPIO input that a motor's step line is wired to")
-      ->type_name("LINE");
+      ->type_name("LINE")
+      ->needs(move);
   command->callback([options] { bringup(*options); });
   command->footer(
       "\nExit status: 0 nothing failed, 1 something did, 2 bad input.\n"
