@@ -2,7 +2,7 @@
 # Installs the Debian packages of the named groups (tools/packages.txt) that are missing; needs root or sudo, and
 # the network, only then.
 #
-#   tools/setup.sh build run test lint cross
+#   tools/setup.sh build run test lint cross rt
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

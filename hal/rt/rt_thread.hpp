@@ -42,10 +42,17 @@ struct RtThreadConfig {
   RealtimePolicy policy = RealtimePolicy::kEnforce;
 };
 
-// Memory for a stack, on a page of its own.
+// What the thread sanitizer keeps on each stack.
+#if defined(__SANITIZE_THREAD__)
+inline constexpr std::size_t kSanitizersStack_bytes = std::size_t{1024} * 1024;
+#else
+inline constexpr std::size_t kSanitizersStack_bytes = 0;
+#endif
+
+// Memory for a stack, on pages of its own; the guard page is one of them.
 template <std::size_t Bytes>
 struct alignas(4096) RtStack {
-  std::array<std::byte, Bytes> bytes;
+  std::array<std::byte, Bytes + kSanitizersStack_bytes> bytes;
   [[nodiscard]] std::span<std::byte> span() { return bytes; }
 };
 

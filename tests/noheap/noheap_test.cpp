@@ -17,6 +17,7 @@
 #include "tests/support/fake_video_system.hpp"
 #include "tests/support/ideal_robot.hpp"
 #include "tests/support/small_world.hpp"
+#include "tests/support/step_rig.hpp"
 
 namespace vergence {
 namespace {
@@ -177,6 +178,41 @@ TEST(NoHeap, TheArmsBusDoesNotAllocate) {
   EXPECT_TRUE(enabled);
   EXPECT_STREQ(words.data(), "axis 3: emergency: 0x4310, drive too hot");
   EXPECT_EQ(robot->fault().kind, canopen::ArmFaultKind::kBusOff);
+}
+
+// Steps made and commanded, refused, stopped by a switch and by broken lines, and enabled again.
+TEST(NoHeap, TheEyesMotorsDoNotAllocate) {
+  step::StepMotorsConfig config = testing::config_of_step_rig();
+  config.motors[1].high_end = step::EndAction::kFault;
+  const auto rig = std::make_unique<testing::StepRig<>>();
+  const HeapCounter counter;
+  const step::MotorError error = rig->configure(config);
+  std::uint64_t faults = 0;
+  for (std::uint64_t round = 0; rig->runs < 100'000; ++round) {
+    rig->lines.press(0);
+    rig->motors.enable(true);
+    rig->run_for(3'000'000);
+    rig->command(8000, 4000, round % 8 == 0 ? 1e9 : -3000);
+    rig->run_for(30'000'000);
+    rig->command(-8000, 4000, 0);
+    rig->run_for(30'000'000);
+    if (round % 4 == 1) rig->lines.press(step::high_end_bit(1));
+    rig->lines.break_outputs(round % 4 == 2);
+    rig->lines.break_inputs(round % 4 == 3);
+    rig->run_for(2'000'000);
+    if (rig->state() == PanTiltState::kFault) ++faults;
+    rig->lines.break_outputs(false);
+    rig->lines.break_inputs(false);
+    rig->motors.enable(false);
+    rig->run_for(2'000'000);
+    rig->lines.forget_edges();
+  }
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_EQ(error.error, step::TimingError::kNone);
+  EXPECT_TRUE(rig->lines_work);
+  EXPECT_GT(faults, 10U);
+  EXPECT_GT(rig->report().refused_commands, 10U);
+  EXPECT_GT(rig->steps(1), 10'000);
 }
 
 // From pictures to a sighting, the eyes' and the hand's motion looked up on the way.

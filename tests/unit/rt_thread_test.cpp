@@ -27,8 +27,7 @@ namespace {
 using testing::drop_rights;
 using testing::in_child;
 
-// The thread sanitizer keeps a megabyte of its own on each stack.
-RtStack<std::size_t{testing::kSanitized ? 2'048 : 256} * 1024> stack;
+RtStack<std::size_t{256} * 1024> stack;
 
 RtThreadConfig without_rights() {
   RtThreadConfig config;

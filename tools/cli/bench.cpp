@@ -118,15 +118,20 @@ void run(const Options& options) {
 void add_bench_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("bench", "The measurements behind our claims, as ratios in one run");
   const auto options = std::make_shared<Options>();
-  command->add_option("--json", options->json, "Write the numbers there, one flat object")->type_name("FILE");
-  command->add_flag("--quick", options->quick, "Fewer repetitions, rougher numbers");
+  CLI::Option* json =
+      command->add_option("--json", options->json, "Write the numbers there, one flat object");
+  json->type_name("FILE");
+  CLI::Option* quick = command->add_flag("--quick", options->quick, "Fewer repetitions, rougher numbers");
   // What runs under valgrind, to have its instructions counted.
   command->add_option("--frame", options->frame)->group("");
+  add_bench_rt_command(*command)->excludes(json)->excludes(quick);
   command->footer(
       "Times are medians over many turns, ours and the rival's taken turn by turn. Instructions are counted "
       "with\n"
       "valgrind, where it is installed: the work of a frame must not depend on what the cameras see.");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    if (command->get_subcommands().empty()) run(*options);
+  });
 }
 
 }  // namespace vergence::tools

@@ -10,6 +10,7 @@ void add_fitness_map_command(CLI::App& app);
 void add_model_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
+CLI::App* add_bench_rt_command(CLI::App& bench);
 void add_accuracy_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_bringup_command(CLI::App& app);
