@@ -1,5 +1,5 @@
-// For libgpiod 1.x, and the only file with calls of it: version 2 has another interface and gets a file of
-// its own beside this one.
+// For libgpiod 1.x, and the only file of the controller with calls of it: version 2 has another interface and
+// gets a file of its own beside this one.
 #include "hal/gpio_step/libgpiod_lines.hpp"
 
 #include <gpiod.h>

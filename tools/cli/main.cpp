@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   vergence::tools::add_demo_command(app);
   vergence::tools::add_replay_command(app);
   vergence::tools::add_config_command(app);
+  vergence::tools::add_bringup_command(app);
   vergence::tools::add_controller_commands(app);
   // After the commands, which would inherit it.
   app.footer(
