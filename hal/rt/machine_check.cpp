@@ -315,6 +315,18 @@ class MachineChecker {
     judge(finding, Verdict::kWarn, "swapoff -a, and take it out of /etc/fstab");
   }
 
+  void hypervisor(Finding& finding) const {
+    // x86 has a flag for it, which is a word of the first processor's line; other processors tell less.
+    const Text type = text("/sys/hypervisor/type");
+    if (!text("/proc/cpuinfo").has(" hypervisor") && !type.exists()) {
+      say(finding, "none seen");
+      finding.verdict = Verdict::kPass;
+      return;
+    }
+    say(finding, "a virtual machine %.*s", width(type.view()), type.view().data());
+    judge(finding, Verdict::kWarn, "run on the hardware itself: a host may stop all cores at once");
+  }
+
  private:
   [[nodiscard]] Text text(const char* path) const { return {root_, path}; }
   [[nodiscard]] Text core_text(int core, const char* name) const {
@@ -389,6 +401,7 @@ constexpr std::array<ProbeRow, kProbes> kRows = {{
     {Probe::kIdleStates, "idle states", &MachineChecker::idle_states},
     {Probe::kClock, "clock source", &MachineChecker::clock},
     {Probe::kSwap, "swap", &MachineChecker::swap},
+    {Probe::kHypervisor, "hypervisor", &MachineChecker::hypervisor},
 }};
 
 constexpr bool is_in_order() {

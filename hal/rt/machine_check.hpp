@@ -30,8 +30,9 @@ enum class Probe : std::uint8_t {
   kIdleStates,     // can be kept shallow
   kClock,          // is read without leaving the processor
   kSwap,           // is off
+  kHypervisor,     // none that may stop all cores at once
 };
-inline constexpr std::size_t kProbes = 13;
+inline constexpr std::size_t kProbes = 14;
 [[nodiscard]] const char* to_string(Probe probe);
 
 struct Finding {

@@ -3,14 +3,21 @@
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 
+#include <array>
+#include <atomic>
 #include <memory>
 #include <vector>
 
 #include "algo/hand_servo.hpp"
 #include "algo/iterative_inverse.hpp"
 #include "algo/pa10.hpp"
+#include "hal/rt/machine_check.hpp"
 #include "hal/rt/memory_lock.hpp"
+#include "hal/rt/monotonic_clock.hpp"
 #include "hal/rt/rt_thread.hpp"
+#include "hal/rt/service_manager.hpp"
+#include "hal/rt/sleep.hpp"
+#include "hal/rt/task_timing.hpp"
 #include "hal/v4l2/v4l2_stereo_camera.hpp"
 #include "tests/noheap/heap_counter.hpp"
 #include "tests/support/canopen_robot.hpp"
@@ -316,6 +323,53 @@ TEST(NoHeap, CapturingDoesNotAllocate) {
   EXPECT_EQ(counter.calls() - system.own_calls, 0);
   EXPECT_TRUE(configured);
   EXPECT_GT(pairs, 200);
+}
+
+// The executive, from the look at the machine to the end of a periodic task. The C library takes the thread's
+// local storage from the heap while it starts.
+TEST(NoHeap, TheExecutiveDoesNotAllocate) {
+  struct Task {
+    std::atomic<bool> stop = false;
+    rt::TimingRecord record;
+    long calls = -1;
+
+    static void run(void* context) {
+      Task& task = *static_cast<Task*>(context);
+      rt::MonotonicClock clock;
+      rt::MonotonicSleeper sleeper;
+      rt::PeriodicSchedule schedule(clock.now_ns(), 100'000);
+      rt::ServiceManager service;
+      const HeapCounter counter;
+      const bool opened = service.open({"/nonexistent/notify", "1000", nullptr}) == rt::ServiceError::kNone;
+      rt::run_periodic(clock, sleeper, schedule, task.record, task.stop, [&](const rt::Release& release) {
+        (void)service.keep_alive(release.now_ns);
+        (void)service.status("running");
+        task.stop = task.record.timing.runs() == 100;
+      });
+      task.calls = opened ? counter.calls() : -2;
+    }
+  };
+  static rt::RtStack<std::size_t{128} * 1024> stack;
+  const auto task = std::make_unique<Task>();
+  rt::RtThread thread;
+  rt::RtThreadConfig config;
+  config.stack = stack.span();
+  config.policy = rt::RealtimePolicy::kIgnore;
+  ASSERT_EQ(thread.start(config, Task::run, task.get()), rt::RtThreadError::kNone);
+  thread.join();
+  EXPECT_EQ(task->calls, 0);
+  EXPECT_EQ(task->record.execution.count(), 100U);
+
+  const std::array cores = {0, 1};
+  rt::MachineDemand demand;
+  demand.cores = cores;
+  rt::CpuLatencyRequest latency;
+  const HeapCounter counter;
+  const rt::MachineReport report = rt::check_machine(demand, rt::ask_kernel(80));
+  const rt::CpuLatencyError held = latency.hold("/nonexistent/cpu_dma_latency");
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_NE(report.findings[0].detail[0], 0);
+  EXPECT_EQ(held, rt::CpuLatencyError::kNoDevice);
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ class MachineCheckTest : public ::testing::Test {
     put("/sys/devices/system/cpu/cpuidle/current_driver", "intel_idle\n");
     put("/sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n");
     put("/dev/cpu_dma_latency", "");
+    put("/proc/cpuinfo", "processor\t: 0\nflags\t\t: fpu vme tsc msr\n");
     for (int core = 0; core < 4; ++core) {
       put(core_path(core, "cpufreq/scaling_governor"), "performance\n");
       put(core_path(core, "topology/thread_siblings_list"), std::to_string(core) + "\n");
@@ -206,6 +207,17 @@ TEST_F(MachineCheckTest, SwapWarns) {
   expect_only(Probe::kSwap, Verdict::kWarn, "on /dev/sda2");
   remove("/proc/swaps");
   expect_only(Probe::kSwap, Verdict::kPass, "off");
+}
+
+TEST_F(MachineCheckTest, AVirtualMachineWarns) {
+  put("/proc/cpuinfo", "processor\t: 0\nflags\t\t: fpu vme hypervisor lahf_lm\n");
+  expect_only(Probe::kHypervisor, Verdict::kWarn, "virtual machine");
+  put("/proc/cpuinfo", "processor\t: 0\n");
+  put("/sys/hypervisor/type", "xen\n");
+  expect_only(Probe::kHypervisor, Verdict::kWarn, "xen");
+  remove("/sys/hypervisor/type");
+  remove("/proc/cpuinfo");
+  expect_only(Probe::kHypervisor, Verdict::kPass, "none");
 }
 
 // Whatever files hold, a detail ends within its array.

@@ -19,13 +19,9 @@ std::vector<std::string> command_of(const CyclictestOptions& options, const std:
                                       "--threads=1",
                                       "--duration=" + std::to_string(options.seconds),
                                       "--interval=" + std::to_string(options.interval_ns / 1000),
+                                      "--priority=" + std::to_string(options.priority),
                                       "--histogram=" + std::to_string(kCounted_ns),
                                       "--json=" + file.string()};
-  if (options.priority > 0) {
-    command.push_back("--priority=" + std::to_string(options.priority));
-  } else {
-    command.emplace_back("--policy=other");
-  }
   if (options.core >= 0) command.push_back("--affinity=" + std::to_string(options.core));
   return command;
 }

@@ -14,7 +14,7 @@ namespace vergence::tools {
 struct CyclictestOptions {
   std::int64_t interval_ns = 0;
   int seconds = 1;
-  int priority = 0;  // of SCHED_FIFO; 0: SCHED_OTHER
+  int priority = 1;  // of SCHED_FIFO; without the right to that it does not run at all
   int core = -1;     // negative: any
 };
 

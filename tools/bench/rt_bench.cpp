@@ -42,10 +42,10 @@ struct Reference {
   std::optional<rt::DurationHistogram> steps;
 };
 
-Reference run_reference(int seconds, bool realtime) {
+Reference run_reference(int seconds) {
   const long cores = sysconf(_SC_NPROCESSORS_ONLN);
   const auto options = [&](std::int64_t interval_ns, int priority, int core) {
-    return CyclictestOptions{interval_ns, seconds, realtime ? priority : 0, core < cores ? core : -1};
+    return CyclictestOptions{interval_ns, seconds, priority, core < cores ? core : -1};
   };
   const std::string prefix =
       std::filesystem::temp_directory_path() / ("vergence-cyclictest-" + std::to_string(getpid()));
@@ -110,7 +110,7 @@ RtLoad measure(const std::string& name, const RtBenchOptions& options, RtBenchRe
     const int seconds = options.seconds / slices + (i < options.seconds % slices ? 1 : 0);
     Reference reference;
     const auto run_theirs = [&] {
-      if (has_reference) reference = run_reference(seconds, result.scheduling == rt::RtThreadError::kNone);
+      if (has_reference) reference = run_reference(seconds);
     };
     // Who is first changes, against drifts.
     if (i % 2 == 1) run_theirs();
@@ -118,7 +118,9 @@ RtLoad measure(const std::string& name, const RtBenchOptions& options, RtBenchRe
     if (i % 2 == 0) run_theirs();
     if (has_reference && (!reference.arm || !reference.steps)) {
       has_reference = false;
-      note_once(result.notes, "cyclictest failed: see what `cyclictest -q -p 80 -i 2000 -D 1` says");
+      note_once(result.notes, result.scheduling != rt::RtThreadError::kNone
+                                  ? "cyclictest needs the same rights"
+                                  : "cyclictest failed: see what `cyclictest -q -p 80 -i 2000 -D 1` says");
     }
     arm.add(slice.arm, reference.arm);
     steps.add(slice.steps, reference.steps);

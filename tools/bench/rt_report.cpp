@@ -1,6 +1,7 @@
 #include "tools/bench/rt_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -57,19 +58,26 @@ void print_machine(Page& page, const RtBenchResult& result) {
   }
 }
 
+constexpr std::array kQuantiles = {0.5, 0.99, 0.999, 1.0};
+
 void print_row(Page& page, const char* load, const char* name, const rt::DurationHistogram& latency) {
   page.print("  %-7s %-18s %8llu", load, name, static_cast<unsigned long long>(latency.count()));
-  for (const double q : {0.5, 0.99, 0.999}) page.print(" %9.1f", us(latency.quantile_upper_bound_ns(q)));
-  page.print(" %9.1f\n", us(latency.max_ns()));
+  for (const double q : kQuantiles) page.print(" %9.1f", us(latency.quantile_upper_bound_ns(q)));
+  page.print("\n");
 }
 
 void print_comparison(Page& page, const RtLoad& load, const char* name, const RtComparison& comparison) {
-  print_row(page, load.name.c_str(), name, comparison.ours.latency);
+  const rt::DurationHistogram& ours = comparison.ours.latency;
+  print_row(page, load.name.c_str(), name, ours);
   if (!comparison.reference) return;
   print_row(page, "", "  cyclictest", *comparison.reference);
   if (!comparison.max_ratio) return;
-  page.print("  %-7s %-18s %8s %9s %9s %9s %9.2f   (median of %d slices: %.2f)\n", "", "  ours / theirs", "",
-             "", "", "", *comparison.max_ratio, load.slices, *comparison.median_slice_ratio);
+  page.print("  %-7s %-18s %8s", "", "  ours / theirs", "");
+  for (const double q : kQuantiles) {
+    page.print(" %9.2f",
+               us(ours.quantile_upper_bound_ns(q)) / us(comparison.reference->quantile_upper_bound_ns(q)));
+  }
+  page.print("   (median of %d slices' greatest: %.2f)\n", load.slices, *comparison.median_slice_ratio);
 }
 
 void print_latencies(Page& page, const RtBenchResult& result) {

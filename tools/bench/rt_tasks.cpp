@@ -14,12 +14,14 @@ namespace {
 constexpr TaskRow kArm = task(TaskId::kArm);
 constexpr TaskRow kEyes = task(TaskId::kEyes);
 
+// From a thread's own start to its first wake-up: whoever starts it is not urgent, and may be late.
+constexpr std::int64_t kSettle_ns = 10'000'000;
+
 rt::RtStack<kArm.stack_bytes> arm_stack;
 rt::RtStack<kEyes.stack_bytes> step_stack;
 
 struct Slice {
   std::atomic<bool> stop = false;
-  std::int64_t start_ns = 0;
   ArmPeriod arm_period;
   RtSlice result;
   double sum = 0;  // of what was calculated
@@ -60,7 +62,7 @@ void run_arm(void* context) {
   Recorder recorder({kArm.period_ns, kArm.deadline_ns}, slice.result.arm);
   rt::MonotonicClock clock;
   rt::MonotonicSleeper sleeper;
-  rt::PeriodicSchedule schedule(slice.start_ns, kArm.period_ns);
+  rt::PeriodicSchedule schedule(clock.now_ns() + kSettle_ns, kArm.period_ns);
   rt::run_periodic(clock, sleeper, schedule, recorder, slice.stop, [&slice](const rt::Release& release) {
     slice.sum += slice.arm_period.run(release.release_ns);
   });
@@ -72,7 +74,7 @@ void run_steps(void* context) {
   Slice& slice = *static_cast<Slice*>(context);
   Recorder recorder({}, slice.result.steps);
   rt::MonotonicClock clock;
-  std::int64_t due_ns = slice.start_ns;
+  std::int64_t due_ns = clock.now_ns() + kSettle_ns;
   std::uint32_t random = 1;
   while (!slice.stop.load(std::memory_order_acquire)) {
     rt::sleep_until(due_ns);
@@ -111,9 +113,6 @@ void TaskMeasurement::add(const TaskMeasurement& other) {
 
 RtSlice run_rt_slice(int seconds, rt::RealtimePolicy policy) {
   Slice slice;
-  rt::MonotonicClock clock;
-  constexpr std::int64_t kStart_ns = 20'000'000;  // for both threads to be there
-  slice.start_ns = clock.now_ns() + kStart_ns;
 
   rt::RtThread arm;
   rt::RtThread steps;
@@ -131,7 +130,7 @@ RtSlice run_rt_slice(int seconds, rt::RealtimePolicy policy) {
   config.scheduling.priority = kStepPriority;
   slice.result.error = steps.start(config, run_steps, &slice);
   if (slice.result.error == rt::RtThreadError::kNone) {
-    rt::sleep_until(slice.start_ns + seconds * kNsPerSecond);
+    rt::sleep_until(rt::MonotonicClock{}.now_ns() + kSettle_ns + seconds * kNsPerSecond);
   }
   slice.stop = true;
   finish(arm, slice.result.arm);
