@@ -126,7 +126,7 @@ void Pipeline::move(std::int64_t now_ns, const ArmFeedback* feedback) {
     hand_history_.add(feedback->stamp_ns, q);
     hand_to_vision_.write(hand_history_);
   }
-  if (Sighting sighting; to_arm_.read(sighting)) belief_.put(sighting);
+  if (to_arm_.read(last_sighting_)) belief_.put(last_sighting_);
   belief_.step(now_ns);
 
   arm_period_.t_ns = now_ns;

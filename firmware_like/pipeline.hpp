@@ -83,6 +83,11 @@ class Pipeline {
   [[nodiscard]] const Sighting& sighting() const { return sighting_; }
   [[nodiscard]] const Supervisor& supervisor() const { return supervisor_; }
   [[nodiscard]] const TargetBelief& belief() const { return belief_; }
+  // Of the arm's task: what it knows of the devices, and the last sighting that reached it.
+  [[nodiscard]] const ArmFeedback& arm_feedback() const { return feedback_; }
+  [[nodiscard]] const PanTiltFeedback& eyes_feedback() const { return eyes_seen_; }
+  [[nodiscard]] const CameraHealth& camera_health() const { return camera_health_; }
+  [[nodiscard]] const Sighting& last_sighting() const { return last_sighting_; }
   [[nodiscard]] const VisionTask& vision() const { return vision_; }
   [[nodiscard]] const SelfTestResult& self_test_result() const { return self_test_; }
 
@@ -106,6 +111,7 @@ class Pipeline {
   CameraHealth camera_health_;
   PanTiltFeedback eyes_seen_;
   bool eyes_seen_once_ = false;
+  Sighting last_sighting_;
   SelfTestResult self_test_;
   int missed_deadlines_ = 0;
   std::int64_t reset_until_ns_ = 0;  // a reset is wanted, and the drives are asked to clear their fault

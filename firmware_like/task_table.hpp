@@ -7,6 +7,7 @@
 
 namespace vergence {
 
+// Stacks: arm64's C library wants 128 KiB at least, beside the guard page.
 struct TaskRow {
   const char* name;
   std::int64_t period_ns;
@@ -20,14 +21,22 @@ enum class TaskId : std::size_t {
   kArm,
   kEyes,
   kVision,
+  kCapture,
+  kSteps,
 };
+inline constexpr std::size_t kTaskCount = 5;
 
-// By urgency: image work must never delay the bus. Tasks due at the same instant run in this order.
-inline constexpr std::array kTasks = {
+// By urgency: image work must never delay the bus, and nothing may delay an edge. The first three are due
+// together, and run in this order. A period of 0: not periodic.
+inline constexpr std::array<TaskRow, kTaskCount> kTasks = {
     TaskRow{"arm", 2'000'000, 1'000'000, 80, 1, std::size_t{256} * 1024},
     TaskRow{"eyes", 4'000'000, 2'000'000, 70, 2, std::size_t{256} * 1024},
     // Asked this often whether a pair has come; a frame's own deadline is its release offset.
     TaskRow{"vision", 1'000'000, 33'000'000, 60, 3, std::size_t{1024} * 1024},
+    // Waits for the cameras, at most 100 ms.
+    TaskRow{"capture", 0, 10'000'000, 65, 0, std::size_t{256} * 1024},
+    // Sleeps from edge to edge of the step pulses.
+    TaskRow{"steps", 0, 100'000, 85, 2, std::size_t{256} * 1024},
 };
 
 [[nodiscard]] constexpr const TaskRow& task(TaskId id) {

@@ -4,9 +4,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 sysroot=build/sysroot-arm64
-packages=(libhwy1:arm64 libhwy-dev:arm64 librapidcheck-dev:arm64 libgtest-dev:arm64 libeigen3-dev)
+packages=(libhwy1:arm64 libhwy-dev:arm64 librapidcheck-dev:arm64 libgtest-dev:arm64 libgpiod2:arm64
+  libgpiod-dev:arm64 libeigen3-dev)
 stamp="$sysroot/.complete"
-[ ! -e "$stamp" ] || exit 0
+[ "$(cat "$stamp" 2>/dev/null)" != "${packages[*]}" ] || exit 0
 
 if ! dpkg --print-foreign-architectures | grep -qx arm64; then
   as_root=()
@@ -23,4 +24,4 @@ mkdir -p "$sysroot/packages"
 (cd "$sysroot/packages" && apt-get download -qq "${packages[@]}")
 for package in "$sysroot"/packages/*.deb; do dpkg -x "$package" "$sysroot"; done
 rm -r "$sysroot/packages"
-touch "$stamp"
+echo "${packages[*]}" >"$stamp"

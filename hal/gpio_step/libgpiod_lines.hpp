@@ -1,5 +1,5 @@
-// Step, direction, enable and switch lines through libgpiod, found by the label of their chip and their name.
-// Where the lines are set, nothing is allocated; open() may.
+// Step, direction, enable and switch lines through libgpiod, found by their chip and their name. Where the
+// lines are set, nothing is allocated; open() may.
 #pragma once
 
 #include <array>
@@ -20,7 +20,8 @@ struct LineSpec {
   bool inverted = false;  // low is 1
 };
 
-// Step and direction lines share a chip, so that one call sets them all; so do the switches.
+// Chips by their labels, which survive a restart; or, where several have the same, by their names
+// (gpiochip2). Step and direction lines share a chip, so that one call sets them all; so do the switches.
 struct LinesConfig {
   GpioName outputs_chip{};
   std::array<LineSpec, kOutputLines> outputs{};  // by their bits, see step_lines.hpp
@@ -33,7 +34,9 @@ struct LinesConfig {
 enum class LinesErrorKind : std::uint8_t {
   kNone,
   kNotNamed,      // a line that is needed has no name
-  kChipNotFound,  // no chip has this label
+  kNamedTwice,    // one line for two purposes
+  kChipNotFound,  // no chip has this label or name
+  kChipUnclear,   // several chips have this label
   kLineNotFound,  // the chip has no line of this name
   kLineBusy,      // somebody else has it
   kNoPermission,
@@ -58,7 +61,7 @@ class LibgpiodLines {
 
   // Requests all lines: drives disabled, step lines at rest, directions positive.
   [[nodiscard]] LinesError open(const LinesConfig& config);
-  // Drops the enable line, and gives all lines back.
+  // Drops the enable line, ends pulses that have begun, and gives all lines back. After the tasks have ended.
   void close();
 
   [[nodiscard]] bool set_outputs(std::uint32_t levels);
@@ -74,6 +77,7 @@ class LibgpiodLines {
   gpiod_chip* enable_chip_ = nullptr;
   gpiod_chip* inputs_chip_ = nullptr;
   std::array<gpiod_line*, kOutputLines> outputs_{};
+  bool are_outputs_ours_ = false;
   gpiod_line* enable_ = nullptr;
   // Those that are there, and the bit of each.
   std::array<gpiod_line*, kInputLines> inputs_{};

@@ -14,7 +14,7 @@ namespace vergence::step {
 enum class EndAction : std::uint8_t {
   kNone,   // no switch there
   kFault,  // a motor that moves towards a pressed switch is a fault
-  kHome,   // it stops, and has home_steps there
+  kHome,   // it stops at once, and has home_steps there
 };
 
 struct MotorConfig {
@@ -22,7 +22,8 @@ struct MotorConfig {
   EndAction low_end = EndAction::kNone;  // where the position is least
   EndAction high_end = EndAction::kNone;
   std::int64_t home_steps = 0;
-  // Once home was found, to meet its switch elsewhere by more than this is a fault: steps were lost.
+  // Once home was found, to run into its switch elsewhere by more than this, or past home by more without
+  // meeting it, is a fault: steps were lost. The next time it is met, it is home anew.
   std::int64_t home_tolerance_steps = 50;
 };
 
@@ -66,19 +67,27 @@ class MotorSet {
   // The outputs from now on; where they differ from before they are to be set, and written() called.
   std::uint32_t advance(std::int64_t now_ns);
   void written(std::int64_t done_ns);
+  // The same after an attempt to set them that failed.
+  void rewritten(std::int64_t done_ns);
   [[nodiscard]] std::uint32_t outputs() const;
 
   [[nodiscard]] const StepGenerator& motor(int i) const { return generators_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] bool is_homed(int i) const { return homed_[static_cast<std::size_t>(i)]; }
 
  private:
-  std::int64_t heed_end(std::size_t motor, EndAction action, std::int64_t direction, std::int64_t rate,
-                        MotorFault& fault);
+  struct End {
+    EndAction action;
+    std::int64_t direction;  // 1 or -1
+    bool is_pressed;
+    bool is_new;  // and was not before
+  };
+  std::int64_t heed_end(std::size_t motor, const End& end, std::int64_t rate, MotorFault& fault);
 
   std::array<MotorConfig, kPanTiltMotors> config_{};
   std::array<StepGenerator, kPanTiltMotors> generators_{};
   std::array<bool, kPanTiltMotors> homed_{};
   std::array<bool, kPanTiltMotors> moved_{};  // by the last advance()
+  std::uint32_t pressed_ = 0;                 // switches, at the last command()
 };
 
 }  // namespace vergence::step

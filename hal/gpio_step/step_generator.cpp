@@ -25,12 +25,11 @@ TimingError StepGenerator::configure(const StepTiming& timing, std::int64_t now_
 }
 
 bool StepGenerator::command(std::int64_t now_ns, std::int64_t rate_millisteps_per_s) {
-  const bool is_allowed = rate_millisteps_per_s >= -timing_.max_rate_millisteps_per_s &&
-                          rate_millisteps_per_s <= timing_.max_rate_millisteps_per_s;
+  const bool is_allowed = accepts(rate_millisteps_per_s);
   const std::int64_t target = is_allowed ? rate_millisteps_per_s : 0;
   // However often commands come, the rate changes once a ramp_ns.
   if (rate_ == target_ && rate_ != target) {
-    change_own_ns_ = std::max(changed_own_ns_ + timing_.ramp_ns, now_ns - delay_ns_);
+    change_own_ns_ = std::max({changed_own_ns_ + timing_.ramp_ns, now_ns - delay_ns_, integrated_own_ns_});
   }
   target_ = target;
   return is_allowed;
@@ -71,12 +70,22 @@ std::int64_t StepGenerator::next_event_ns() const {
   return std::max(next_ns, integrated_own_ns_ + delay_ns_);
 }
 
+// An event that is not through before now_ns: what that is beyond the jitter delays the motion. Own time so
+// never runs more than the jitter past what was due, which also keeps the phase far from overflow.
+void StepGenerator::excuse(std::int64_t now_ns) {
+  const std::int64_t late_ns = now_ns - delay_ns_ - due_own_ns_ - timing_.jitter_ns;
+  if (late_ns <= 0) return;
+  delay_ns_ += late_ns;
+  if (!is_late_) ++late_events_;
+  is_late_ = true;
+}
+
 void StepGenerator::integrate_to(std::int64_t own_ns) {
   ahead_ += rate_ * (own_ns - integrated_own_ns_);
   integrated_own_ns_ = own_ns;
 }
 
-// Lateness is bounded by the jitter, and the jitter by the ramp: two changes at most.
+// Lateness is bounded by the jitter, and the jitter by the ramp: few changes at once.
 void StepGenerator::move_to(std::int64_t own_ns) {
   while (rate_ != target_ && change_own_ns_ <= own_ns) {
     integrate_to(change_own_ns_);
@@ -89,10 +98,9 @@ void StepGenerator::move_to(std::int64_t own_ns) {
 
 StepLevels StepGenerator::advance(std::int64_t now_ns) {
   const std::int64_t due_ns = next_event_ns();
-  if (due_ns != kNever_ns && now_ns - due_ns > timing_.jitter_ns) {
-    delay_ns_ += now_ns - due_ns - timing_.jitter_ns;
-    ++late_events_;
-  }
+  due_own_ns_ = std::min(due_ns, now_ns) - delay_ns_;
+  is_late_ = false;
+  excuse(now_ns);
   move_to(std::max(now_ns - delay_ns_, integrated_own_ns_));
 
   edge_ = Edge::kNone;
@@ -111,16 +119,28 @@ StepLevels StepGenerator::advance(std::int64_t now_ns) {
     edge_ = Edge::kRise;
     position_steps_ += levels_.forward ? 1 : -1;
     ahead_ -= levels_.forward ? kPhasePerStep : -kPhasePerStep;
-    // A step that had to wait for the direction is not followed by a burst either. The rate may have been two
-    // changes higher when the step fell due.
-    const std::int64_t most = (magnitude(rate_) + 2 * ramp_step_) * (timing_.jitter_ns + 1);
+    // A step that had to wait for the direction is not followed by a burst either. The rate may have been
+    // higher when the step fell due.
+    const std::int64_t most = timing_.max_rate_millisteps_per_s * (timing_.jitter_ns + 1);
     ahead_ = std::clamp(ahead_, -most, most);
   }
-  written(now_ns);
+  note_edge(now_ns);
   return levels_;
 }
 
 void StepGenerator::written(std::int64_t done_ns) {
+  if (edge_ == Edge::kNone) return;
+  excuse(done_ns);
+  note_edge(done_ns);
+}
+
+void StepGenerator::rewritten(std::int64_t done_ns) {
+  risen_ns_ = done_ns;
+  fallen_ns_ = done_ns;
+  turned_ns_ = done_ns;
+}
+
+void StepGenerator::note_edge(std::int64_t done_ns) {
   switch (edge_) {
     case Edge::kNone: break;
     case Edge::kRise: risen_ns_ = done_ns; break;

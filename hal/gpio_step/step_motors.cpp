@@ -33,6 +33,7 @@ void StepSequencer::enter_disabled() {
   state_ = PanTiltState::kDisabled;
   fault_ = {};
   rates_ = {};
+  fresh_rates_ = false;
   motors_.halt();
 }
 
@@ -40,6 +41,7 @@ void StepSequencer::enter_fault(const MotorFault& fault) {
   state_ = PanTiltState::kFault;
   fault_ = fault;
   rates_ = {};
+  fresh_rates_ = false;
   motors_.halt();
 }
 

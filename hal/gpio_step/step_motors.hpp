@@ -30,6 +30,7 @@ struct StepReport {
   std::uint64_t late_events = 0;       // later than the jitter allows
   std::int64_t delay_ns = 0;           // of the most delayed motor's motion, for that
   std::uint64_t refused_commands = 0;  // above a maximum rate, or no number
+  std::uint64_t line_failures = 0;     // calls that could not set or read lines
 };
 
 // A rate as the generators take it. What is no number, or beyond any rate, becomes one that they refuse.
@@ -79,9 +80,15 @@ class StepMotors {
   [[nodiscard]] MotorError configure(const StepMotorsConfig& config, bool& lines_work) {
     const MotorError error = sequencer_.configure(config, clock_->now_ns());
     if (error.error != TimingError::kNone) return error;
+    wish_.store(0);
+    followed_ = 0;
+    drop_failed_.store(false);
+    is_command_new_ = false;
+    line_failures_ = 0;
     written_ = sequencer_.motors().outputs();
-    const bool dropped = lines_->set_enable(false);
-    lines_work = lines_->set_outputs(written_) && dropped;
+    are_drives_off_ = lines_->set_enable(false);
+    are_lines_set_ = lines_->set_outputs(written_);
+    lines_work = are_drives_off_ && are_lines_set_;
     return error;
   }
 
@@ -99,8 +106,9 @@ class StepMotors {
     }
     from_eyes_.write(command);
   }
-  // Disabling drops the enable line before it returns, whatever the step task does meanwhile. It also
-  // clears a fault.
+  // Disabling drops the enable line before it returns; a step task that is just raising it for a wish from
+  // before drops it again at once. It also
+  // clears a fault; where its cause is still there, that clears itself once the cause is gone.
   void enable(bool on) {
     const std::uint32_t wish = wish_.load(std::memory_order_relaxed);
     if (is_on(wish) == on) return;
@@ -115,16 +123,16 @@ class StepMotors {
   void run_edges(std::int64_t now_ns) {
     const PanTiltState before = sequencer_.state();
     const std::uint32_t wish = wish_.load();
-    follow_wish(wish, now_ns);
-    const bool polls = sequencer_.is_poll_due(now_ns);
-    if (polls) poll(now_ns);
-    Command command;
-    if (from_eyes_.read(command) && command.wish == wish && sequencer_.state() == PanTiltState::kEnabled) {
-      sequencer_.set_rates(command.rates);
-    }
+    const bool polls = sequencer_.is_poll_due(now_ns) || wish != followed_;
+    heed_drops(wish);
+    if (polls) poll(wish, now_ns);
+    if (is_on(wish) && !are_lines_set_) make_edges(now_ns);
+    if (is_on(wish) && sequencer_.state() == PanTiltState::kDisabled) switch_on(wish);
+    followed_ = wish;
+    take_command(wish);
     fail(sequencer_.steer(now_ns));
     make_edges(now_ns);
-    if (polls || sequencer_.state() != before) to_eyes_.write(sequencer_.report(now_ns));
+    if (polls || sequencer_.state() != before) report_to_eyes(now_ns);
   }
 
  private:
@@ -134,50 +142,93 @@ class StepMotors {
   };
   static bool is_on(std::uint32_t wish) { return (wish & 1U) != 0; }
 
-  void follow_wish(std::uint32_t wish, std::int64_t now_ns) {
-    if (drop_failed_.exchange(false)) fail({StepFault::kEnableFailed, -1});
+  // What was switched off is off, and a fault is over, even if it was switched on again since.
+  void heed_drops(std::uint32_t wish) {
+    if (drop_failed_.exchange(false)) {
+      ++line_failures_;
+      are_drives_off_ = false;
+    }
     if (wish != followed_ && sequencer_.state() != PanTiltState::kDisabled) {
       sequencer_.enter_disabled();
-      if (!lines_->set_enable(false)) fail({StepFault::kEnableFailed, -1});
+      are_drives_off_ = false;
     }
-    if (is_on(wish) && sequencer_.state() == PanTiltState::kDisabled) {
-      // The eyes' task may have dropped the line between these two: its drop must not be undone.
-      const bool raised = lines_->set_enable(true);
-      if (!raised) {
-        fail({StepFault::kEnableFailed, -1});
-      } else if (wish_.load() != wish) {
-        if (!lines_->set_enable(false)) fail({StepFault::kEnableFailed, -1});
-      } else {
-        sequencer_.enter_enabled(now_ns);
-      }
-    }
-    followed_ = wish;
+    if (sequencer_.state() != PanTiltState::kEnabled && !are_drives_off_) drop();
   }
 
-  void poll(std::int64_t now_ns) {
+  void poll(std::uint32_t wish, std::int64_t now_ns) {
     sequencer_.polled(now_ns);
     std::uint32_t inputs = 0;
-    if (!lines_->read_inputs(inputs)) {
+    const bool are_inputs_read = lines_->read_inputs(inputs);
+    if (are_inputs_read) {
+      sequencer_.set_inputs(inputs);
+    } else {
+      ++line_failures_;
       fail({StepFault::kInputsUnreadable, -1});
-      return;
     }
-    sequencer_.set_inputs(inputs);
+    // Nobody wants the drives on, and whatever failed works again.
+    if (sequencer_.state() == PanTiltState::kFault && !is_on(wish) && are_inputs_read && are_lines_set_ &&
+        are_drives_off_) {
+      sequencer_.enter_disabled();
+    }
+  }
+
+  void switch_on(std::uint32_t wish) {
+    are_drives_off_ = false;
+    if (!lines_->set_enable(true)) {
+      ++line_failures_;
+      fail({StepFault::kEnableFailed, -1});
+    } else if (wish_.load() != wish) {
+      drop();  // the eyes' task may have done so before the line was raised
+    } else {
+      sequencer_.enter_enabled(clock_->now_ns());
+    }
+  }
+
+  // A command that was given under a wish the step task has not seen yet waits for it.
+  void take_command(std::uint32_t wish) {
+    if (from_eyes_.read(command_)) is_command_new_ = true;
+    if (!is_command_new_ || command_.wish != wish || sequencer_.state() != PanTiltState::kEnabled) return;
+    sequencer_.set_rates(command_.rates);
+    is_command_new_ = false;
   }
 
   void make_edges(std::int64_t now_ns) {
     MotorSet& motors = sequencer_.motors();
     const std::uint32_t wanted = motors.advance(now_ns);
-    if (wanted == written_) return;
-    if (!lines_->set_outputs(wanted)) fail({StepFault::kOutputsFailed, -1});
+    if (wanted == written_ && are_lines_set_) return;
+    const bool were_lines_set = are_lines_set_;
+    are_lines_set_ = lines_->set_outputs(wanted);
     written_ = wanted;
     // Whatever happened in between, the least times count from here.
-    motors.written(clock_->now_ns());
+    const std::int64_t done_ns = clock_->now_ns();
+    if (were_lines_set) {
+      motors.written(done_ns);
+    } else {
+      motors.rewritten(done_ns);
+    }
+    if (are_lines_set_) return;
+    ++line_failures_;
+    fail({StepFault::kOutputsFailed, -1});  // and tried again in the next run
+  }
+
+  void report_to_eyes(std::int64_t now_ns) {
+    StepReport report = sequencer_.report(now_ns);
+    report.line_failures = line_failures_;
+    to_eyes_.write(report);
   }
 
   void fail(const MotorFault& fault) {
     if (fault.fault == StepFault::kNone || sequencer_.state() == PanTiltState::kFault) return;
     sequencer_.enter_fault(fault);
-    (void)lines_->set_enable(false);
+    drop();
+  }
+
+  // Drives that cannot be switched off are worse than whatever was the cause; it is tried again in each run.
+  void drop() {
+    are_drives_off_ = lines_->set_enable(false);
+    if (are_drives_off_) return;
+    ++line_failures_;
+    sequencer_.enter_fault({StepFault::kEnableFailed, -1});
   }
 
   Lines* lines_;
@@ -193,7 +244,12 @@ class StepMotors {
   // The step task.
   StepSequencer sequencer_;
   std::uint32_t written_ = 0;
-  std::uint32_t followed_ = 0;
+  std::uint32_t followed_ = 0;   // wish
+  bool are_lines_set_ = false;   // to written_
+  bool are_drives_off_ = false;  // surely
+  Command command_;
+  bool is_command_new_ = false;
+  std::uint64_t line_failures_ = 0;
 
   LatestValue<Command> from_eyes_;
   LatestValue<StepReport> to_eyes_;

@@ -139,7 +139,7 @@ class MachineChecker {
     }
     say(finding, "SCHED_FIFO at %d refused, errno %d", demand_.priority, answers_.fifo_errno);
     judge(finding, Verdict::kFail,
-          "grant CAP_SYS_NICE (setcap cap_sys_nice+ep, docker --cap-add SYS_NICE), or LimitRTPRIO=99 in the "
+          "grant CAP_SYS_NICE (setcap cap_sys_nice+ep, docker --cap-add SYS_NICE), or LimitRTPRIO=95 in the "
           "unit");
   }
 
@@ -156,7 +156,7 @@ class MachineChecker {
       finding.verdict = Verdict::kPass;
     } else {
       judge(finding, Verdict::kFail,
-            "LimitRTPRIO=99 in the unit, or `@realtime - rtprio 99` in /etc/security/limits.conf");
+            "LimitRTPRIO=95 in the unit, or `@vergence - rtprio 95` in /etc/security/limits.conf");
     }
   }
 
@@ -176,7 +176,7 @@ class MachineChecker {
       finding.verdict = Verdict::kPass;
     } else {
       judge(finding, Verdict::kFail,
-            "LimitMEMLOCK=infinity in the unit, or `@realtime - memlock unlimited` in "
+            "LimitMEMLOCK=infinity in the unit, or `@vergence - memlock unlimited` in "
             "/etc/security/limits.conf");
     }
   }
@@ -347,18 +347,19 @@ class MachineChecker {
     }
   }
 
-  // Passes where the list in the file has all of the tasks' cores.
+  // Passes where the list in the file has all of the tasks' cores. Core 0 is never alone: it keeps the rest.
   void within(Finding& finding, const char* path, const char* remedy) const {
     const Text list = text(path);
     const CoreSet listed = parse_cores(list.view());
     bool all = true;
     each_core([&](int core) {
-      if (listed.has(core)) return;
+      if (core == 0 || listed.has(core)) return;
       say(finding, all ? "not core %d" : ", %d", core);
       all = false;
     });
     if (all) {
-      say(finding, "cores %.*s", width(list.view()), list.view().data());
+      const std::string_view cores = list.view().empty() ? "none, and none is asked for" : list.view();
+      say(finding, "cores %.*s", width(cores), cores.data());
       finding.verdict = Verdict::kPass;
     } else {
       judge(finding, Verdict::kWarn, remedy);

@@ -24,7 +24,7 @@ enum class Probe : std::uint8_t {
   kThrottling,     // of real-time tasks
   kCores,          // are enough
   kGovernor,       // of the frequency
-  kIsolation,      // of the tasks' cores from other tasks
+  kIsolation,      // of the tasks' cores, but core 0, from other tasks
   kTicks,          // none on the tasks' cores while they are alone there
   kSiblings,       // hardware threads that share the tasks' cores
   kIdleStates,     // can be kept shallow

@@ -71,7 +71,7 @@ const char* describe(CpuLatencyError error) {
              "processor.max_cstate=1 intel_idle.max_cstate=0";
     case CpuLatencyError::kNotPermitted:
       return "/dev/cpu_dma_latency may not be written: a udev rule gives it to the controller's group "
-             "(KERNEL==\"cpu_dma_latency\", GROUP=\"realtime\", MODE=\"0660\")";
+             "(KERNEL==\"cpu_dma_latency\", GROUP=\"vergence\", MODE=\"0660\")";
     case CpuLatencyError::kFailed: return "/dev/cpu_dma_latency did not take the request: see errno";
   }
   return "unknown error";

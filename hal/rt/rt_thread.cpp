@@ -74,7 +74,7 @@ const char* describe(RtThreadError error) {
   switch (error) {
     case RtThreadError::kNone: return "no error";
     case RtThreadError::kRunning: return "the thread runs already: join it first";
-    case RtThreadError::kStackTooSmall: return "the stack is too small: give it 64 KiB or more";
+    case RtThreadError::kStackTooSmall: return "the stack is too small: give it 256 KiB";
     case RtThreadError::kCreate: return "no thread could be had: raise RLIMIT_NPROC or TasksMax=";
     case RtThreadError::kBadScheduling:
       return "a priority is 1 to 99; of a deadline, 0 < runtime <= deadline <= period, at least 1024 ns";

@@ -169,4 +169,17 @@ std::int32_t Controls::held(ControlRole role) const {
   return roles_[static_cast<std::size_t>(role)].value;
 }
 
+ControlReading read_control(VideoSystem& system, int handle, ControlRole role) {
+  Driver driver{system, handle};
+  const Spelling& spelling = kSpellings[static_cast<std::size_t>(role)];
+  ControlReading reading;
+  v4l2_queryctrl range{};
+  reading.exists = is_ok(find(driver, spelling, range)) && driver.get(range.id, reading.value) == 0;
+  std::int32_t automatic = spelling.off;
+  const bool answers = driver.query(spelling.automatic, reading.has_automatic, range) == 0 &&
+                       reading.has_automatic && driver.get(spelling.automatic, automatic) == 0;
+  reading.is_automatic = answers && automatic != spelling.off;
+  return reading;
+}
+
 }  // namespace vergence::v4l2

@@ -37,4 +37,14 @@ class Controls {
   std::array<Held, kControlRoles> roles_{};
 };
 
+// What the driver says of a control now, whatever was set.
+struct ControlReading {
+  bool exists = false;
+  std::int32_t value = 0;
+  bool has_automatic = false;
+  bool is_automatic = false;  // the camera chooses the value
+  bool operator==(const ControlReading&) const = default;
+};
+[[nodiscard]] ControlReading read_control(VideoSystem& system, int handle, ControlRole role);
+
 }  // namespace vergence::v4l2

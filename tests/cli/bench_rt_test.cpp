@@ -90,7 +90,7 @@ echo '{"thread": {"0": {"histogram": {"10000": 5, "20000": 4}, "cycles": 10, "mi
   EXPECT_NE(words.find("--interval=2000 "), std::string::npos) << words;
   EXPECT_NE(words.find("--interval=550 "), std::string::npos) << words;
   EXPECT_NE(words.find("--priority=80"), std::string::npos) << words;
-  EXPECT_NE(words.find("--priority=75"), std::string::npos) << words;
+  EXPECT_NE(words.find("--priority=85"), std::string::npos) << words;
 }
 
 TEST_F(BenchRtTest, GoesOnWithoutACyclictestThatFails) {

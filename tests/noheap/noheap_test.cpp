@@ -1,6 +1,7 @@
 // Whole frames of the tracker, found, followed, lost and searched for, the arm's kinematics and the servo of
 // the hand, without one call of the allocator.
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <array>
 #include <atomic>
@@ -23,6 +24,7 @@
 #include "tests/support/fake_video_system.hpp"
 #include "tests/support/ideal_robot.hpp"
 #include "tests/support/small_world.hpp"
+#include "tests/support/step_rig.hpp"
 
 namespace vergence {
 namespace {
@@ -33,6 +35,14 @@ TEST(HeapCounter, CountsWhatAllocates) {
   const HeapCounter counter;
   const auto block = std::make_unique<std::vector<int>>(100);
   EXPECT_GE(counter.calls(), 2) << block->size();
+}
+
+TEST(HeapCounter, CountsWhatMaps) {
+  const HeapCounter counter;
+  void* const place = ::mmap(nullptr, 4096, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(place, MAP_FAILED);
+  EXPECT_EQ(::munmap(place, 4096), 0);
+  EXPECT_EQ(counter.calls(), 2);
 }
 
 TEST(NoHeap, FramesOfTheTrackerDoNotAllocate) {
@@ -127,6 +137,34 @@ TEST(NoHeap, TheWholeControllerDoesNotAllocate) {
   EXPECT_EQ(robot->mode(), Mode::kIdle);
 }
 
+// A hundred thousand periods of the arm's task, with mode changes on the way.
+TEST(NoHeap, AHundredThousandPeriodsNeitherAllocateNorFaultAPage) {
+  const auto robot = std::make_unique<testing::IdealRobot>();
+  robot->run(0.1);
+  robot->start();
+  robot->run(1);
+  // Where it may not be locked, the kernel may take memory back, and what comes again is not the
+  // controller's.
+  const bool locked = rt::lock_memory().error == rt::MemoryLockError::kNone;
+  const rt::PageFaults before = rt::page_faults_of_this_thread();
+  const HeapCounter counter;
+  for (int round = 0; round < 100; ++round) {
+    robot->pipeline.command(OperatorCommand::kServo);
+    robot->run(1.5);
+    robot->pipeline.command(OperatorCommand::kHold);
+    robot->run(0.5);
+  }
+  const rt::PageFaults after = rt::page_faults_of_this_thread();
+  EXPECT_EQ(counter.calls(), 0);
+  rt::unlock_memory();
+  if (locked) {
+    EXPECT_EQ(after.major - before.major, 0);
+    EXPECT_EQ(after.minor - before.minor, 0);
+  }
+  EXPECT_EQ(robot->mode(), Mode::kHold);
+  EXPECT_GE(robot->t_ns, 2'000'000LL * 100'000);
+}
+
 // Seven drives booted, moved, stopped by a fault, and reset; the drives' own side too.
 TEST(NoHeap, TheArmsBusDoesNotAllocate) {
   const auto robot = std::make_unique<testing::CanopenRobot>();
@@ -147,6 +185,41 @@ TEST(NoHeap, TheArmsBusDoesNotAllocate) {
   EXPECT_TRUE(enabled);
   EXPECT_STREQ(words.data(), "axis 3: emergency: 0x4310, drive too hot");
   EXPECT_EQ(robot->fault().kind, canopen::ArmFaultKind::kBusOff);
+}
+
+// Steps made and commanded, refused, stopped by a switch and by broken lines, and enabled again.
+TEST(NoHeap, TheEyesMotorsDoNotAllocate) {
+  step::StepMotorsConfig config = testing::config_of_step_rig();
+  config.motors[1].high_end = step::EndAction::kFault;
+  const auto rig = std::make_unique<testing::StepRig<>>();
+  const HeapCounter counter;
+  const step::MotorError error = rig->configure(config);
+  std::uint64_t faults = 0;
+  for (std::uint64_t round = 0; rig->runs < 100'000; ++round) {
+    rig->lines.press(0);
+    rig->motors.enable(true);
+    rig->run_for(3'000'000);
+    rig->command(8000, 4000, round % 8 == 0 ? 1e9 : -3000);
+    rig->run_for(30'000'000);
+    rig->command(-8000, 4000, 0);
+    rig->run_for(30'000'000);
+    if (round % 4 == 1) rig->lines.press(step::high_end_bit(1));
+    rig->lines.break_outputs(round % 4 == 2);
+    rig->lines.break_inputs(round % 4 == 3);
+    rig->run_for(2'000'000);
+    if (rig->state() == PanTiltState::kFault) ++faults;
+    rig->lines.break_outputs(false);
+    rig->lines.break_inputs(false);
+    rig->motors.enable(false);
+    rig->run_for(2'000'000);
+    rig->lines.forget_edges();
+  }
+  EXPECT_EQ(counter.calls(), 0);
+  EXPECT_EQ(error.error, step::TimingError::kNone);
+  EXPECT_TRUE(rig->lines_work);
+  EXPECT_GT(faults, 10U);
+  EXPECT_GT(rig->report().refused_commands, 10U);
+  EXPECT_GT(rig->steps(1), 10'000);
 }
 
 // From pictures to a sighting, the eyes' and the hand's motion looked up on the way.

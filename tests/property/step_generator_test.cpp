@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <limits>
 
 #include "tests/support/random.hpp"
 #include "tests/support/step_bench.hpp"
@@ -18,22 +22,24 @@ using testing::PulseJudge;
 using testing::Random;
 using testing::StepBench;
 
-std::int64_t about(Random& random, double middle, int doublings) {
-  return static_cast<std::int64_t>(random.about(middle, doublings));
+std::int64_t about(Random& random, double middle, int doublings, std::int64_t least, std::int64_t most) {
+  return std::clamp(static_cast<std::int64_t>(random.about(middle, doublings)), least, most);
 }
 
+// Any that check() admits, its limits among them.
 StepTiming any_timing(Random& random) {
   StepTiming timing;
-  timing.steplen_ns = about(random, 10'000, 6);
-  timing.stepspace_ns = about(random, 10'000, 6);
-  timing.dirsetup_ns = random.below(4) == 0 ? 0 : about(random, 20'000, 6);
-  timing.dirhold_ns = random.below(4) == 0 ? 0 : about(random, 20'000, 6);
-  timing.ramp_ns = about(random, 400'000, 3);
-  timing.jitter_ns = random.below(4) == 0 ? 0 : about(random, 20'000, 1);
-  timing.max_rate_millisteps_per_s = about(random, 1'500'000, 4);
-  timing.max_rate_millisteps_per_s =
-      std::min(timing.max_rate_millisteps_per_s, fastest_rate_millisteps_per_s(timing));
-  timing.acceleration_millisteps_per_s2 = about(random, 2e7, 6);
+  timing.steplen_ns = about(random, 10'000, 6, kShortestPulse_ns, kLongestPulse_ns);
+  timing.stepspace_ns = about(random, 10'000, 6, kShortestPulse_ns, kLongestPulse_ns);
+  timing.dirsetup_ns = random.below(4) == 0 ? 0 : about(random, 20'000, 6, 0, kLongestPulse_ns);
+  timing.dirhold_ns = random.below(4) == 0 ? 0 : about(random, 20'000, 6, 0, kLongestPulse_ns);
+  timing.ramp_ns = about(random, 400'000, 3, 1'000, kLongestRamp_ns);
+  timing.jitter_ns = random.below(4) == 0 ? 0 : about(random, 20'000, 1, 0, timing.ramp_ns);
+  timing.max_rate_millisteps_per_s = about(random, 2e7, 4, 1, fastest_rate_millisteps_per_s(timing));
+  // At least a thousandth of a step a second each time.
+  const std::int64_t least = (1'000'000'000 + timing.ramp_ns - 1) / timing.ramp_ns;
+  timing.acceleration_millisteps_per_s2 =
+      about(random, 2e9, 6, least, kFastestAcceleration_millisteps_per_s2);
   return timing;
 }
 
@@ -90,7 +96,8 @@ class Staircase {
   __int128 phase_ = 0;
 };
 
-// On time, late within the jitter, and far too late, with lines that take their time.
+// On time, late within the jitter, and far too late, with lines that take their time. Nor does a motor ever
+// step faster than its maximum, but for the jitter of one edge.
 TEST(StepGenerator, KeepsEveryLeastTime) {
   Random random(1);
   std::int64_t steps = 0;
@@ -108,9 +115,15 @@ TEST(StepGenerator, KeepsEveryLeastTime) {
       return timing.jitter_ns == 0 ? 0 : random.below(static_cast<int>(timing.jitter_ns) + 1);
     };
     bench.takes_ns = [&]() -> std::int64_t { return mood < 2 ? 0 : random.below(30'000); };
+    const std::int64_t least_period_ns =
+        kPhasePerStep / timing.max_rate_millisteps_per_s - timing.jitter_ns - 1;
+    std::int64_t risen_ns = -kPhasePerStep;
     bench.on_edge = [&](const Edge& edge) {
       judge.see(edge);
-      if (edge.levels.step) ++steps;
+      if (!edge.levels.step) return;
+      ++steps;
+      EXPECT_GE(edge.begin_ns - risen_ns, least_period_ns);
+      risen_ns = edge.begin_ns;
     };
     for (int command = 0; command < 30; ++command) {
       EXPECT_TRUE(bench.generator.command(bench.now_ns, any_rate(random, timing)));
@@ -127,33 +140,92 @@ TEST(StepGenerator, KeepsEveryLeastTime) {
   EXPECT_EQ(least_margin_ns, 0);  // no more is waited than needed
 }
 
-// As long as there is time to turn: then no step ever waits.
-TEST(StepGenerator, IssuesTheIntegralOfTheRampedRate) {
+// Runs random commands and compares the steps with the integral after each event.
+struct IntegralRun {
+  StepTiming timing;
+  bool late = false;
+  std::function<std::int64_t(int)> rate;          // of a command
+  std::function<std::int64_t()> next_command_ns;  // after the last
+};
+
+std::int64_t run_integral(Random& random, const IntegralRun& run) {
+  const StepTiming& timing = run.timing;
+  StepBench bench(timing);
+  Staircase staircase(timing);
+  bench.run_until(timing.dirsetup_ns);  // the direction is as it is since the start
+  if (run.late) bench.late_ns = [&] { return random.below(static_cast<int>(timing.jitter_ns) + 1); };
+  const std::int64_t slack = timing.max_rate_millisteps_per_s * (run.late ? 2 * timing.jitter_ns + 1 : 1);
+  std::int64_t steps = 0;
+  bench.on_edge = [&](const Edge& edge) { steps += edge.levels.step ? 1 : 0; };
+  bench.after_event = [&] {
+    staircase.go_to(bench.now_ns);
+    EXPECT_LE(staircase.off(bench.generator.position_steps()), kPhasePerStep + slack);
+  };
+  for (int command = 0; command < 30; ++command) {
+    const std::int64_t rate = run.rate(command);
+    staircase.command(bench.now_ns, rate);
+    EXPECT_TRUE(bench.generator.command(bench.now_ns, rate));
+    bench.run_until(bench.now_ns + run.next_command_ns());
+  }
+  EXPECT_EQ(bench.generator.delay_ns(), 0);
+  return steps;
+}
+
+// An edge within the jitter may be late, but the next ones do not inherit it.
+TEST(StepGenerator, IssuesTheIntegralOfTheRampedRateOneWay) {
   Random random(2);
   std::int64_t steps = 0;
-  for (int run = 0; run < 400; ++run) {
-    StepTiming timing = any_timing(random);
-    // A step the other way is due no sooner than a step's length after the rate's sign changed.
-    timing.dirsetup_ns = std::min<std::int64_t>(timing.dirsetup_ns, 20'000);
-    timing.dirhold_ns = std::min<std::int64_t>(timing.dirhold_ns, 20'000);
-    StepBench bench(timing);
-    Staircase staircase(timing);
-    // An edge within the jitter may be late, but the next ones do not inherit it.
-    const bool late = run % 2 == 1 && timing.jitter_ns > 0;
-    if (late) bench.late_ns = [&] { return random.below(static_cast<int>(timing.jitter_ns) + 1); };
-    const std::int64_t slack = timing.max_rate_millisteps_per_s * (late ? 2 * timing.jitter_ns + 1 : 1);
-    bench.after_event = [&] {
-      staircase.go_to(bench.now_ns);
-      EXPECT_LE(staircase.off(bench.generator.position_steps()), kPhasePerStep + slack);
+  for (int run = 0; run < 200; ++run) {
+    IntegralRun one_way;
+    one_way.timing = any_timing(random);
+    one_way.late = run % 2 == 1;
+    one_way.rate = [&](int) { return std::abs(any_rate(random, one_way.timing)); };
+    one_way.next_command_ns = [&] { return random.below(20'000'000); };
+    steps += run_integral(random, one_way);
+    if (::testing::Test::HasFailure()) FAIL() << "run " << run;
+  }
+  EXPECT_GT(steps, 50'000);
+}
+
+TEST(StepGenerator, IssuesTheIntegralOfTheRampedRateBothWays) {
+  Random random(6);
+  std::int64_t steps = 0;
+  for (int run = 0; run < 200; ++run) {
+    IntegralRun both_ways;
+    both_ways.timing = any_timing(random);
+    both_ways.timing.dirsetup_ns = 0;  // otherwise steps may have to wait
+    both_ways.timing.dirhold_ns = 0;
+    both_ways.rate = [&](int) { return any_rate(random, both_ways.timing); };
+    both_ways.next_command_ns = [&] { return random.below(20'000'000); };
+    steps += run_integral(random, both_ways);
+    if (::testing::Test::HasFailure()) FAIL() << "run " << run;
+  }
+  EXPECT_GT(steps, 50'000);
+}
+
+// With time to turn: no step the other way is due sooner than a period after the rate's sign changed, if some
+// steps were made between the changes.
+TEST(StepGenerator, IssuesTheIntegralOfTheRampedRateWhereItHasTimeToTurn) {
+  Random random(7);
+  std::int64_t steps = 0;
+  for (int run = 0; run < 200; ++run) {
+    IntegralRun turning;
+    turning.timing = any_timing(random);
+    turning.late = run % 2 == 1;
+    StepTiming& timing = turning.timing;
+    const std::int64_t turn_ns =
+        timing.steplen_ns + timing.dirhold_ns + timing.dirsetup_ns + 4 * timing.jitter_ns;
+    std::int64_t& most = timing.max_rate_millisteps_per_s;
+    most = std::min(most, kPhasePerStep / turn_ns);
+    timing.acceleration_millisteps_per_s2 =
+        std::clamp(timing.acceleration_millisteps_per_s2, 100 * most, 10'000 * most);
+    turning.rate = [&](int command) {
+      const auto rate = static_cast<std::int64_t>(random.between(0.25, 1) * static_cast<double>(most));
+      return command % 2 == 0 ? rate : -rate;
     };
-    for (int command = 0; command < 30; ++command) {
-      const std::int64_t rate = any_rate(random, timing);
-      staircase.command(bench.now_ns, rate);
-      EXPECT_TRUE(bench.generator.command(bench.now_ns, rate));
-      bench.run_until(bench.now_ns + random.below(20'000'000));
-      steps += std::abs(bench.generator.position_steps());
-    }
-    EXPECT_EQ(bench.generator.delay_ns(), 0);
+    turning.next_command_ns = [&] { return 40'000'000 + 16 * kPhasePerStep / most; };
+    if (check(timing) != TimingError::kNone) continue;
+    steps += run_integral(random, turning);
     if (::testing::Test::HasFailure()) FAIL() << "run " << run;
   }
   EXPECT_GT(steps, 50'000);
@@ -259,6 +331,77 @@ TEST(StepGenerator, DoesNotCatchUpInABurst) {
   EXPECT_GT(late, 100U);
   EXPECT_EQ(bench.generator.late_events(), late);
   EXPECT_EQ(bench.generator.delay_ns(), expected_delay_ns);
+}
+
+// Lines that hang for longer than the phase could be counted: the motion waits for them.
+TEST(StepGenerator, LinesThatHangDelayTheMotion) {
+  StepTiming timing;
+  timing.steplen_ns = kShortestPulse_ns;
+  timing.stepspace_ns = kShortestPulse_ns;
+  timing.dirsetup_ns = 0;
+  timing.jitter_ns = 0;
+  timing.max_rate_millisteps_per_s = fastest_rate_millisteps_per_s(timing);
+  timing.acceleration_millisteps_per_s2 = kFastestAcceleration_millisteps_per_s2;
+  StepBench bench(timing);
+  PulseJudge judge(timing);
+  Staircase staircase(timing);
+  ASSERT_TRUE(bench.generator.command(0, timing.max_rate_millisteps_per_s));
+  staircase.command(0, timing.max_rate_millisteps_per_s);
+  std::uint64_t edges = 0;
+  std::uint64_t hung = 0;
+  const auto hangs = [&] { return edges % 1000 == 999; };
+  bench.takes_ns = [&]() -> std::int64_t { return hangs() ? 10'000'000'000 : 0; };
+  bench.on_edge = [&](const Edge& edge) {
+    if (hangs()) ++hung;
+    ++edges;
+    judge.see(edge);
+  };
+  while (edges < 20'000) bench.run_until(bench.now_ns + 1'000'000);
+  EXPECT_EQ(hung, 20U);
+  EXPECT_EQ(bench.generator.late_events(), hung);
+  EXPECT_EQ(bench.generator.delay_ns(), static_cast<std::int64_t>(hung) * 10'000'000'000);
+  staircase.go_to(bench.now_ns - bench.generator.delay_ns());
+  EXPECT_LE(staircase.off(bench.generator.position_steps()), kPhasePerStep);
+}
+
+// Where the acceleration is so high that a change of the rate is a multiple of the maximum, and the direction
+// line slow: what fell due meanwhile must not come as a burst.
+TEST(StepGenerator, DoesNotCatchUpWithWhatFellDueWhileTurning) {
+  StepTiming timing;
+  timing.ramp_ns = kLongestRamp_ns;
+  timing.jitter_ns = kLongestRamp_ns;
+  timing.dirsetup_ns = kLongestPulse_ns;
+  timing.dirhold_ns = kLongestPulse_ns;
+  timing.acceleration_millisteps_per_s2 = kFastestAcceleration_millisteps_per_s2;
+  timing.max_rate_millisteps_per_s = fastest_rate_millisteps_per_s(timing);
+  const std::int64_t period_ns = kPhasePerStep / timing.max_rate_millisteps_per_s;
+  StepBench bench(timing);
+  std::int64_t risen_ns = -kPhasePerStep;
+  int steps = 0;
+  bench.on_edge = [&](const Edge& edge) {
+    if (!edge.levels.step) return;
+    EXPECT_GE(edge.begin_ns - risen_ns, period_ns - timing.jitter_ns - 1);
+    risen_ns = edge.begin_ns;
+    ++steps;
+  };
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(bench.generator.command(
+        bench.now_ns, i % 2 == 0 ? timing.max_rate_millisteps_per_s : -timing.max_rate_millisteps_per_s));
+    bench.run_until(bench.now_ns + 1'000'000'000);
+  }
+  EXPECT_GT(steps, 500);
+}
+
+TEST(StepGenerator, NeverGoesBackInTime) {
+  StepTiming timing;
+  StepBench bench(timing);
+  ASSERT_TRUE(bench.generator.command(0, 2'000'000));
+  bench.run_until(1'000'000'000);
+  const std::int64_t steps = bench.generator.position_steps();
+  ASSERT_TRUE(bench.generator.command(0, -2'000'000));  // by a clock that was read long ago
+  ASSERT_TRUE(bench.generator.command(0, 1'000'000));
+  bench.run_until(1'010'000'000);
+  EXPECT_GE(bench.generator.position_steps(), steps + 10);
 }
 
 TEST(StepGenerator, HoversAboutZeroWithoutAStep) {

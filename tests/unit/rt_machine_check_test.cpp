@@ -163,6 +163,17 @@ TEST_F(MachineCheckTest, CoresThatAreNotIsolatedWarn) {
   }
 }
 
+TEST_F(MachineCheckTest, Core0KeepsTheRestAndNeedsNoIsolation) {
+  const std::array all = {0, 1, 2, 3};
+  demand_.cores = all;
+  expect_only(Probe::kIsolation, Verdict::kPass, "1-3");
+  expect_only(Probe::kTicks, Verdict::kPass, "1-3");
+  const std::array alone = {0};
+  demand_.cores = alone;
+  put("/sys/devices/system/cpu/isolated", "\n");
+  expect_only(Probe::kIsolation, Verdict::kPass, "none");
+}
+
 TEST_F(MachineCheckTest, CoresWithTicksWarn) {
   put("/sys/devices/system/cpu/nohz_full", "(null)\n");
   expect_only(Probe::kTicks, Verdict::kWarn, "not core 1, 2, 3");

@@ -72,8 +72,10 @@ TEST(V4l2Linux, AnswersErrorNumbers) {
   EXPECT_EQ(system.open("/nowhere/video", handle), ENOENT);
   ASSERT_EQ(system.open("/dev/null", handle), 0);
   v4l2_capability can{};
-  EXPECT_EQ(system.control(handle, VIDIOC_QUERYCAP, &can), ENOTTY);
-  EXPECT_EQ(system.control(-1, VIDIOC_QUERYCAP, &can), EBADF);
+  // An emulator that does not know the call says so of every file.
+  const int refused = system.control(handle, VIDIOC_QUERYCAP, &can);
+  EXPECT_TRUE(refused == ENOTTY || refused == ENOSYS) << refused;
+  EXPECT_EQ(system.control(-1, VIDIOC_QUERYCAP, &can), refused == ENOSYS ? ENOSYS : EBADF);
   std::uint8_t* memory = nullptr;
   EXPECT_EQ(system.map(handle, 4096, 0, memory), ENODEV);
   ASSERT_EQ(system.map_own(10'000, memory), 0);

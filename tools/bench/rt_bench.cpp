@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "firmware_like/task_table.hpp"
 #include "tools/bench/child_process.hpp"
 #include "tools/bench/cyclictest.hpp"
 #include "tools/bench/stopwatch.hpp"
@@ -17,7 +18,7 @@ namespace {
 
 constexpr int kSlice_s = 3;
 constexpr TaskRow kArm = task(TaskId::kArm);
-constexpr TaskRow kEyes = task(TaskId::kEyes);
+constexpr TaskRow kSteps = task(TaskId::kSteps);
 
 std::array<int, kTasks.size()> cores_of_tasks() {
   std::array<int, kTasks.size()> cores{};
@@ -50,7 +51,7 @@ Reference run_reference(int seconds) {
   const std::string prefix =
       std::filesystem::temp_directory_path() / ("vergence-cyclictest-" + std::to_string(getpid()));
   Cyclictest arm(options(kArm.period_ns, kArm.priority, kArm.core), prefix + "-arm.json");
-  Cyclictest steps(options((kLeastStep_ns + kMostStep_ns) / 2, kStepPriority, kEyes.core),
+  Cyclictest steps(options((kLeastStep_ns + kMostStep_ns) / 2, kSteps.priority, kSteps.core),
                    prefix + "-steps.json");
   return {arm.result(), steps.result()};
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "firmware_like/task_table.hpp"
 #include "hal/gpio_step/step_timing.hpp"
 
 namespace vergence::tools {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "firmware_like/task_table.hpp"
 #include "hal/rt/monotonic_clock.hpp"
 #include "hal/rt/periodic_schedule.hpp"
 #include "hal/rt/sleep.hpp"
@@ -12,13 +13,13 @@ namespace vergence::tools {
 namespace {
 
 constexpr TaskRow kArm = task(TaskId::kArm);
-constexpr TaskRow kEyes = task(TaskId::kEyes);
+constexpr TaskRow kSteps = task(TaskId::kSteps);
 
 // From a thread's own start to its first wake-up: whoever starts it is not urgent, and may be late.
 constexpr std::int64_t kSettle_ns = 10'000'000;
 
 rt::RtStack<kArm.stack_bytes> arm_stack;
-rt::RtStack<kEyes.stack_bytes> step_stack;
+rt::RtStack<kSteps.stack_bytes> step_stack;
 
 struct Slice {
   std::atomic<bool> stop = false;
@@ -126,8 +127,8 @@ RtSlice run_rt_slice(int seconds, rt::RealtimePolicy policy) {
   if (slice.result.error != rt::RtThreadError::kNone) return slice.result;
   config.name = "bench steps";
   config.stack = step_stack.span();
-  config.core = kEyes.core;
-  config.scheduling.priority = kStepPriority;
+  config.core = kSteps.core;
+  config.scheduling.priority = kSteps.priority;
   slice.result.error = steps.start(config, run_steps, &slice);
   if (slice.result.error == rt::RtThreadError::kNone) {
     rt::sleep_until(rt::MonotonicClock{}.now_ns() + kSettle_ns + seconds * kNsPerSecond);

@@ -1,11 +1,10 @@
-// The controller's two most urgent tasks, run by the executive for a while and measured: the arm's, with what
-// it calculates, and one that wakes like the task of the step pulses.
+// The controller's two most urgent tasks, as its table has them, run by the executive for a while and
+// measured: the arm's, with what it calculates, and one that wakes like the task of the step pulses.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-#include "firmware_like/task_table.hpp"
 #include "hal/rt/rt_thread.hpp"
 #include "hal/rt/task_timing.hpp"
 
@@ -14,8 +13,6 @@ namespace vergence::tools {
 // Deadlines of the step task: apart by any time between these.
 inline constexpr std::int64_t kLeastStep_ns = 100'000;
 inline constexpr std::int64_t kMostStep_ns = 1'000'000;
-// Of the step task: less urgent than the arm, more than the eyes that command it.
-inline constexpr int kStepPriority = (task(TaskId::kArm).priority + task(TaskId::kEyes).priority) / 2;
 
 struct TaskMeasurement {
   rt::DurationHistogram latency;    // of wake-ups, from when they were due

@@ -232,7 +232,8 @@ Outcome run_lateral(Seen seen, const RunOptions& options) {
                                      "Gain and phase, as Fig. 4.1 (d) and (e)."));
   } else {
     outcome.metrics = {
-        at_least("hand_amplitude_mm", fast.hand.output.amplitude, "mm", seen == Seen::kPose ? 148 : 0,
+        at_least("hand_amplitude_mm", fast.hand.output.amplitude, "mm",
+                 seen == Seen::kPose ? std::optional<double>(148) : std::nullopt,
                  seen == Seen::kPose ? std::optional<std::string>("50") : std::nullopt,
                  "of the marker's 150 mm, at T = 5 s"),
         at_most("hand_rms_mm", rms(distances_mm(fast.log, "wanted", "hand", settled)), "mm",

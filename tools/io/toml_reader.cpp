@@ -178,6 +178,10 @@ std::vector<TomlReader> TomlReader::tables(std::string_view key, bool may_be_mis
 }
 
 void TomlReader::allow_only(std::initializer_list<std::string_view> keys) const {
+  allow_only(std::vector<std::string_view>(keys));
+}
+
+void TomlReader::allow_only(const std::vector<std::string_view>& keys) const {
   if (table_ == nullptr) return;
   for (const auto& [key, node] : *table_) {
     if (std::find(keys.begin(), keys.end(), key.str()) != keys.end()) continue;

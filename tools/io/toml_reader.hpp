@@ -56,6 +56,7 @@ class TomlReader {
 
   // Refuses keys nobody knows, so that a misspelt one is not silently ignored.
   void allow_only(std::initializer_list<std::string_view> keys) const;
+  void allow_only(const std::vector<std::string_view>& keys) const;
 
   // A complaint about a field of this table.
   [[noreturn]] void fail(std::string_view key, const std::string& problem,
