@@ -1,6 +1,6 @@
-// One setting of the controller: what it is called in TOML, what it may be, what it means, and where it is kept.
-// The table of all of them (config_fields.hpp) drives reading, checking, showing and storing, so that a new
-// setting is one row.
+// One setting of the controller: what it is called in TOML, what it may be, what it means, and where it is
+// kept. The table of all of them (config_fields.hpp) drives reading, checking, showing and storing, so that a
+// new setting is one row.
 #pragma once
 
 #include <cmath>

@@ -26,8 +26,12 @@ constexpr std::size_t at(int i) {
 
 // Kept as a rotation. Written one after the other, so that in between it may be any.
 constexpr ConfigField target_orientation() {
-  ConfigField field{"target_in_hand_e", FieldKind::kNumber,
-                    "how the target is to be turned, in the hand: vector part of the quaternion", 3, -1, 1};
+  ConfigField field{"target_in_hand_e",
+                    FieldKind::kNumber,
+                    "how the target is to be turned, in the hand: vector part of the quaternion",
+                    3,
+                    -1,
+                    1};
   field.get = [](const C& c, P p) { return to_pose(c.robot.relation.T_Ed_M).e[p.element]; };
   field.set = [](C& c, P p, double value) {
     Pose pose = to_pose(c.robot.relation.T_Ed_M);
@@ -51,17 +55,21 @@ constexpr std::array kControl = {
            [](C& c, P) -> double& { return c.robot.gains.feed_forward; }),
     number("joint_per_s", 0, 50, "K_PQ [3.31], of the held joints",
            [](C& c, P) -> double& { return c.robot.joint_servo.position_per_s; }),
-    numbers("target_in_hand_mm", 3, -5000, 5000, "where the target is to be, in the hand: x right, y down, z ahead",
+    numbers("target_in_hand_mm", 3, -5000, 5000,
+            "where the target is to be, in the hand: x right, y down, z ahead",
             [](C& c, P p) -> double& { return c.robot.relation.T_Ed_M.t_mm[p.element]; }),
     target_orientation(),
     flag("position_only", "the hand keeps its orientation and follows the position alone",
          [](C& c, P) -> bool& { return c.robot.relation.position_only; }),
-    number("release_offset_ms", 1, 500, "a frame's pose acts so long after its stamp, ready or not",
-           [](C& c, P) -> std::int64_t& { return c.robot.release_offset_ns; }, kMilli_ns),
-    number("drive_lag_ms", 0, 500, "lag of the drives' velocity loop, which the hand is led by",
-           [](C& c, P) -> std::int64_t& { return c.robot.drive_lag_ns; }, kMilli_ns),
-    number("believe_ms", 10, 10'000, "after the last sighting the target counts as lost",
-           [](C& c, P) -> std::int64_t& { return c.robot.believe_ns; }, kMilli_ns),
+    number(
+        "release_offset_ms", 1, 500, "a frame's pose acts so long after its stamp, ready or not",
+        [](C& c, P) -> std::int64_t& { return c.robot.release_offset_ns; }, kMilli_ns),
+    number(
+        "drive_lag_ms", 0, 500, "lag of the drives' velocity loop, which the hand is led by",
+        [](C& c, P) -> std::int64_t& { return c.robot.drive_lag_ns; }, kMilli_ns),
+    number(
+        "believe_ms", 10, 10'000, "after the last sighting the target counts as lost",
+        [](C& c, P) -> std::int64_t& { return c.robot.believe_ns; }, kMilli_ns),
     number("least_confidence", 0, 1, "of a sighting that is acted on",
            [](C& c, P) -> double& { return c.robot.least_confidence; }),
     number("position_noise_mm", 0.001, 100, "standard deviation of a sighting, each axis",
@@ -95,15 +103,18 @@ constexpr std::array kLimits = {
            [](C& c, P) -> double& { return c.robot.hand_limits.least_distance_mm; }),
     numbers("tool_mm", 3, -2000, 2000, "the point all this holds for, in the hand",
             [](C& c, P p) -> double& { return c.robot.tool_mm[p.element]; }),
-    number("following_error_deg", 0.01, 90, "a joint farther than this from where it was sent: safe stop",
-           [](C& c, P) -> double& { return c.robot.following_error_rad; }, kDegree),
+    number(
+        "following_error_deg", 0.01, 90, "a joint farther than this from where it was sent: safe stop",
+        [](C& c, P) -> double& { return c.robot.following_error_rad; }, kDegree),
 };
 
 constexpr std::array kHealth = {
-    number("arm_timeout_ms", 2, 1000, "without the drives' positions: they count as gone",
-           [](C& c, P) -> std::int64_t& { return c.robot.arm_timeout_ns; }, kMilli_ns),
-    number("camera_timeout_ms", 50, 60'000, "without a pair of pictures: the cameras count as gone",
-           [](C& c, P) -> std::int64_t& { return c.robot.camera_timeout_ns; }, kMilli_ns),
+    number(
+        "arm_timeout_ms", 2, 1000, "without the drives' positions: they count as gone",
+        [](C& c, P) -> std::int64_t& { return c.robot.arm_timeout_ns; }, kMilli_ns),
+    number(
+        "camera_timeout_ms", 50, 60'000, "without a pair of pictures: the cameras count as gone",
+        [](C& c, P) -> std::int64_t& { return c.robot.camera_timeout_ns; }, kMilli_ns),
     integer("most_missed_deadlines", 1, 1000, "of the arm's task, in a row; one more: safe stop",
             [](C& c, P) -> int& { return c.robot.most_missed_deadlines; }),
 };
@@ -127,21 +138,28 @@ constexpr std::array kCan = {
          [](C& c, P) -> bool& { return c.can.arm.read_homing; }),
     flag("must_be_homed", "a drive that is not homed is a fault",
          [](C& c, P) -> bool& { return c.can.arm.must_be_homed; }),
-    number("heartbeat_ms", 1, 1000, "of drives and master",
-           [](C& c, P) -> std::int64_t& { return c.can.arm.heartbeat_ns; }, kMilli_ns),
-    number("heartbeat_timeout_ms", 2, 5000, "without a heartbeat: all axes stop",
-           [](C& c, P) -> std::int64_t& { return c.can.arm.heartbeat_timeout_ns; }, kMilli_ns),
-    number("boot_timeout_ms", 100, 60'000, "until every drive must have booted",
-           [](C& c, P) -> std::int64_t& { return c.can.arm.boot_timeout_ns; }, kMilli_ns),
-    number("sdo_timeout_ms", 10, 10'000, "for an answer while booting",
-           [](C& c, P) -> std::int64_t& { return c.can.arm.sdo_timeout_ns; }, kMilli_ns),
-    number("enable_timeout_ms", 100, 60'000, "until every drive must be on; brakes are released meanwhile",
-           [](C& c, P) -> std::int64_t& { return c.can.arm.enable_timeout_ns; }, kMilli_ns),
-    number("stop_timeout_ms", 10, 60'000, "a quick stop may take",
-           [](C& c, P) -> std::int64_t& { return c.can.arm.stop_timeout_ns; }, kMilli_ns),
+    number(
+        "heartbeat_ms", 1, 1000, "of drives and master",
+        [](C& c, P) -> std::int64_t& { return c.can.arm.heartbeat_ns; }, kMilli_ns),
+    number(
+        "heartbeat_timeout_ms", 2, 5000, "without a heartbeat: all axes stop",
+        [](C& c, P) -> std::int64_t& { return c.can.arm.heartbeat_timeout_ns; }, kMilli_ns),
+    number(
+        "boot_timeout_ms", 100, 60'000, "until every drive must have booted",
+        [](C& c, P) -> std::int64_t& { return c.can.arm.boot_timeout_ns; }, kMilli_ns),
+    number(
+        "sdo_timeout_ms", 10, 10'000, "for an answer while booting",
+        [](C& c, P) -> std::int64_t& { return c.can.arm.sdo_timeout_ns; }, kMilli_ns),
+    number(
+        "enable_timeout_ms", 100, 60'000, "until every drive must be on; brakes are released meanwhile",
+        [](C& c, P) -> std::int64_t& { return c.can.arm.enable_timeout_ns; }, kMilli_ns),
+    number(
+        "stop_timeout_ms", 10, 60'000, "a quick stop may take",
+        [](C& c, P) -> std::int64_t& { return c.can.arm.stop_timeout_ns; }, kMilli_ns),
     integer("tolerated_missing_pdos", 0, 1, "positions that may be missing in a row",
             [](C& c, P) -> int& { return c.can.arm.tolerated_missing_pdos; }),
-    integer("most_missed_commands", 1, 100, "periods without a command from the controller; one more: all stop",
+    integer("most_missed_commands", 1, 100,
+            "periods without a command from the controller; one more: all stop",
             [](C& c, P) -> int& { return c.can.arm.most_missed_commands; }),
 };
 
@@ -151,19 +169,21 @@ canopen::CanopenAxisConfig& axis(C& c, P p) {
 
 constexpr std::array kAxis = {
     integer("node", 1, 127, "of the drive", [](C& c, P p) -> std::uint8_t& { return axis(c, p).node_id; }),
-    number("counts_per_turn", -1e9, 1e9,
-           "encoder counts of a whole turn of the joint, gear included; negative: it turns the other way",
-           [](C& c, P p) -> double& { return axis(c, p).counts_per_rad; }, 0.5 / std::numbers::pi),
+    number(
+        "counts_per_turn", -1e9, 1e9,
+        "encoder counts of a whole turn of the joint, gear included; negative: it turns the other way",
+        [](C& c, P p) -> double& { return axis(c, p).counts_per_rad; }, 0.5 / std::numbers::pi),
     integer("zero_counts", -2'147'483'648., 2'147'483'647, "where the joint's angle is zero",
             [](C& c, P p) -> std::int32_t& { return axis(c, p).zero_counts; }),
-    number("velocity_units_per_turn_per_s", -1e9, 1e9,
-           "units of object 0x60FF for a turn of the joint a second; left out: counts_per_turn",
-           [](C& c, P p) -> double& { return axis(c, p).velocity_units_per_rad_per_s; },
-           0.5 / std::numbers::pi),
+    number(
+        "velocity_units_per_turn_per_s", -1e9, 1e9,
+        "units of object 0x60FF for a turn of the joint a second; left out: counts_per_turn",
+        [](C& c, P p) -> double& { return axis(c, p).velocity_units_per_rad_per_s; }, 0.5 / std::numbers::pi),
     number("quick_stop_rad_per_s2", 0.1, 1000, "deceleration of the drive's quick stop",
            [](C& c, P p) -> double& { return axis(c, p).quick_stop_rad_per_s2; }),
-    number("following_error_deg", 0.01, 90, "a joint farther than this from where it was sent: all axes stop",
-           [](C& c, P p) -> double& { return axis(c, p).following_error_rad; }, kDegree),
+    number(
+        "following_error_deg", 0.01, 90, "a joint farther than this from where it was sent: all axes stop",
+        [](C& c, P p) -> double& { return axis(c, p).following_error_rad; }, kDegree),
     integer("vendor", 0, 4'294'967'295., "object 0x1018:01 must be this; 0: any",
             [](C& c, P p) -> std::uint32_t& { return axis(c, p).vendor_id; }),
 };
@@ -226,7 +246,8 @@ constexpr ConfigField control_value(const char* key, const char* meaning) {
 constexpr std::array kCamera = {
     text("device", "a path that survives unplugging, as those in /dev/v4l/by-path",
          [](C& c, P p) -> std::array<char, v4l2::kMaxVideoPath>& { return eye(c, p).path; }),
-    integer("input", -1, 31, "of the device; -1: as it is", [](C& c, P p) -> int& { return eye(c, p).input; }),
+    integer("input", -1, 31, "of the device; -1: as it is",
+            [](C& c, P p) -> int& { return eye(c, p).input; }),
     flag("dv_timings", "take over the timings of an HDMI, DVI or SDI source",
          [](C& c, P p) -> bool& { return eye(c, p).dv_timings; }),
     pixel_format(),
@@ -244,24 +265,31 @@ constexpr std::array kCamera = {
     control_mode<v4l2::ControlRole::kRedBalance>("red_balance"),
     control_value<v4l2::ControlRole::kRedBalance>("red_balance_value", "of cameras that have no temperature"),
     control_mode<v4l2::ControlRole::kBlueBalance>("blue_balance"),
-    control_value<v4l2::ControlRole::kBlueBalance>("blue_balance_value", "of cameras that have no temperature"),
+    control_value<v4l2::ControlRole::kBlueBalance>("blue_balance_value",
+                                                   "of cameras that have no temperature"),
     control_mode<v4l2::ControlRole::kFocus>("focus"),
     control_value<v4l2::ControlRole::kFocus>("focus_value", "in the driver's units"),
-    number("settle_ms", 0, 60'000, "what auto_then_lock gets",
-           [](C& c, P p) -> std::int64_t& { return eye(c, p).settle_ns; }, kMilli_ns),
-    number("stamp_to_mid_exposure_ms", -1000, 1000, "added to the driver's stamp",
-           [](C& c, P p) -> std::int64_t& { return eye(c, p).stamp_to_mid_exposure_ns; }, kMilli_ns),
-    number("stall_ms", 20, 10'000, "without a good picture: the stream is restarted",
-           [](C& c, P p) -> std::int64_t& { return eye(c, p).stall_ns; }, kMilli_ns),
-    number("first_frame_ms", 20, 60'000, "the same, until the first picture",
-           [](C& c, P p) -> std::int64_t& { return eye(c, p).first_frame_ns; }, kMilli_ns),
-    number("give_up_ms", 100, 600'000, "of trouble, until it is a fault",
-           [](C& c, P p) -> std::int64_t& { return eye(c, p).give_up_ns; }, kMilli_ns),
+    number(
+        "settle_ms", 0, 60'000, "what auto_then_lock gets",
+        [](C& c, P p) -> std::int64_t& { return eye(c, p).settle_ns; }, kMilli_ns),
+    number(
+        "stamp_to_mid_exposure_ms", -1000, 1000, "added to the driver's stamp",
+        [](C& c, P p) -> std::int64_t& { return eye(c, p).stamp_to_mid_exposure_ns; }, kMilli_ns),
+    number(
+        "stall_ms", 20, 10'000, "without a good picture: the stream is restarted",
+        [](C& c, P p) -> std::int64_t& { return eye(c, p).stall_ns; }, kMilli_ns),
+    number(
+        "first_frame_ms", 20, 60'000, "the same, until the first picture",
+        [](C& c, P p) -> std::int64_t& { return eye(c, p).first_frame_ns; }, kMilli_ns),
+    number(
+        "give_up_ms", 100, 600'000, "of trouble, until it is a fault",
+        [](C& c, P p) -> std::int64_t& { return eye(c, p).give_up_ns; }, kMilli_ns),
 };
 
 constexpr std::array kPairing = {
-    number("max_skew_ms", 0.001, 1000, "between the stamps of a pair",
-           [](C& c, P) -> std::int64_t& { return c.cameras.max_skew_ns; }, kMilli_ns),
+    number(
+        "max_skew_ms", 0.001, 1000, "between the stamps of a pair",
+        [](C& c, P) -> std::int64_t& { return c.cameras.max_skew_ns; }, kMilli_ns),
 };
 
 // ---- eyes -------------------------------------------------------------------------------------------------
@@ -296,20 +324,25 @@ constexpr std::array kEyeMount = {
     flag("enable_inverted", "low is on", [](C& c, P) -> bool& { return c.lines.enable.inverted; }),
     text("switch_chip", "label of the chip of the end switches",
          [](C& c, P) -> step::GpioName& { return c.lines.inputs_chip; }),
-    number("poll_us", 10, 100'000, "how often switches are read",
-           [](C& c, P) -> std::int64_t& { return c.motors.poll_ns; }, kMicro_ns),
-    number("settle_ms", 0, 10'000, "from the enable line to the first pulse",
-           [](C& c, P) -> std::int64_t& { return c.motors.settle_ns; }, kMilli_ns),
+    number(
+        "poll_us", 10, 100'000, "how often switches are read",
+        [](C& c, P) -> std::int64_t& { return c.motors.poll_ns; }, kMicro_ns),
+    number(
+        "settle_ms", 0, 10'000, "from the enable line to the first pulse",
+        [](C& c, P) -> std::int64_t& { return c.motors.settle_ns; }, kMilli_ns),
 };
 
 constexpr std::array kMotor = {
-    number("steps_per_turn", 1, 1e7, "of the eye, gear and microsteps included",
-           [](C& c, P p) -> double& { return c.robot.eye_control.steps_per_rad[at(p.instance)]; },
-           0.5 / std::numbers::pi),
-    number("min_deg", -180, 180, "end of the range",
-           [](C& c, P p) -> double& { return eye_limits(c, p).min_rad; }, kDegree),
-    number("max_deg", -180, 180, "end of the range",
-           [](C& c, P p) -> double& { return eye_limits(c, p).max_rad; }, kDegree),
+    number(
+        "steps_per_turn", 1, 1e7, "of the eye, gear and microsteps included",
+        [](C& c, P p) -> double& { return c.robot.eye_control.steps_per_rad[at(p.instance)]; },
+        0.5 / std::numbers::pi),
+    number(
+        "min_deg", -180, 180, "end of the range",
+        [](C& c, P p) -> double& { return eye_limits(c, p).min_rad; }, kDegree),
+    number(
+        "max_deg", -180, 180, "end of the range",
+        [](C& c, P p) -> double& { return eye_limits(c, p).max_rad; }, kDegree),
     number("velocity_rad_per_s", 0.001, 100, "of the eye",
            [](C& c, P p) -> double& { return eye_limits(c, p).velocity_rad_per_s; }),
     number("acceleration_rad_per_s2", 0.01, 1e5, "of the eye",
@@ -340,24 +373,32 @@ constexpr std::array kMotor = {
             [](C& c, P p) -> std::int64_t& { return motor(c, p).home_steps; }),
     integer("home_tolerance_steps", 0, 1e9, "home found farther off than this: steps were lost",
             [](C& c, P p) -> std::int64_t& { return motor(c, p).home_tolerance_steps; }),
-    number("steplen_us", 0.1, 100'000, "step line active, at least",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.steplen_ns; }, kMicro_ns),
-    number("stepspace_us", 0.1, 100'000, "step line at rest, at least",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.stepspace_ns; }, kMicro_ns),
-    number("dirsetup_us", 0, 100'000, "direction unchanged before a step, at least",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.dirsetup_ns; }, kMicro_ns),
-    number("dirhold_us", 0, 100'000, "direction unchanged after a step, at least",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.dirhold_ns; }, kMicro_ns),
-    number("jitter_us", 0, 10'000, "of this machine's edges, as `vergence bench rt` measures it",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.jitter_ns; }, kMicro_ns),
-    number("max_rate_steps_per_s", 0.001, 1e6, "no faster, whatever is asked for",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.max_rate_millisteps_per_s; },
-           step::kMillistepsPerStep),
-    number("ramp_us", 1, 10'000, "the rate changes so often while it changes",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.ramp_ns; }, kMicro_ns),
-    number("ramp_steps_per_s2", 0.001, 1e8, "and this quickly; no slower than acceleration_rad_per_s2",
-           [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.acceleration_millisteps_per_s2; },
-           step::kMillistepsPerStep),
+    number(
+        "steplen_us", 0.1, 100'000, "step line active, at least",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.steplen_ns; }, kMicro_ns),
+    number(
+        "stepspace_us", 0.1, 100'000, "step line at rest, at least",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.stepspace_ns; }, kMicro_ns),
+    number(
+        "dirsetup_us", 0, 100'000, "direction unchanged before a step, at least",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.dirsetup_ns; }, kMicro_ns),
+    number(
+        "dirhold_us", 0, 100'000, "direction unchanged after a step, at least",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.dirhold_ns; }, kMicro_ns),
+    number(
+        "jitter_us", 0, 10'000, "of this machine's edges, as `vergence bench rt` measures it",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.jitter_ns; }, kMicro_ns),
+    number(
+        "max_rate_steps_per_s", 0.001, 1e6, "no faster, whatever is asked for",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.max_rate_millisteps_per_s; },
+        step::kMillistepsPerStep),
+    number(
+        "ramp_us", 1, 10'000, "the rate changes so often while it changes",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.ramp_ns; }, kMicro_ns),
+    number(
+        "ramp_steps_per_s2", 0.001, 1e8, "and this quickly; no slower than acceleration_rad_per_s2",
+        [](C& c, P p) -> std::int64_t& { return motor(c, p).timing.acceleration_millisteps_per_s2; },
+        step::kMillistepsPerStep),
 };
 
 // ---- the program ------------------------------------------------------------------------------------------
@@ -378,7 +419,8 @@ constexpr std::array kRuntime = {
     core<TaskId::kVision>("core_vision", "of the vision task"),
     core<TaskId::kCapture>("core_capture", "of the thread that waits for the cameras"),
     core<TaskId::kSteps>("core_steps", "of the thread that makes step pulses"),
-    text("command_socket", "where commands are taken", [](C& c, P) -> PathText& { return c.runtime.command_socket; }),
+    text("command_socket", "where commands are taken",
+         [](C& c, P) -> PathText& { return c.runtime.command_socket; }),
     text("telemetry", "name of the shared memory, as shm_open() wants it",
          [](C& c, P) -> PathText& { return c.runtime.telemetry; }),
     text("black_box", "the file's name, to which a number is added",
@@ -429,7 +471,8 @@ ConfigConflict find_arm_conflict(const C& c) {
     return {"can", "", "SYNC must have the period of the arm's task"};
   }
   const canopen::ConfigResult found = canopen::check(c.can.arm);
-  if (found.finding != canopen::ConfigFinding::kNone) return {"can", "axis", canopen::describe(found.finding)};
+  if (found.finding != canopen::ConfigFinding::kNone)
+    return {"can", "axis", canopen::describe(found.finding)};
   if (canopen::bus_load_permille(c.can.arm, c.can.bitrate_bit_per_s) > canopen::kMostBusLoad_permille) {
     return {"can", "bitrate_bit_per_s",
             "the bus would be loaded by more than 80 %: take a faster one, or fewer drives a bus"};

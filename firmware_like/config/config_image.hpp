@@ -1,5 +1,6 @@
-// The configuration as one file that `vergenced` reads without parsing: a header that says what it is, and the
-// settings in the order of the table, then geometry, arm and target. Whatever is wrong with it is refused.
+// The configuration as one file that `vergenced` reads without parsing: a header that says what it is, and
+// the settings in the order of the table, then geometry, arm and target. Whatever is wrong with it is
+// refused.
 #pragma once
 
 #include <cstddef>

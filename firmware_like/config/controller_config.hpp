@@ -1,5 +1,6 @@
 // Everything `vergenced` is told before it starts, in one value of fixed size: robot and control, target,
-// devices, and how it is to run. Made from TOML by `vergence config build`; defaults are those of the members.
+// devices, and how it is to run. Made from TOML by `vergence config build`; defaults are those of the
+// members.
 #pragma once
 
 #include <array>
@@ -41,7 +42,7 @@ struct RuntimeConfig {
 };
 
 struct CanConfig {
-  InterfaceText interface{"can0"};
+  InterfaceText interface { "can0" };
   std::int64_t bitrate_bit_per_s = 1'000'000;
   canopen::CanopenArmConfig arm;
 };

@@ -47,7 +47,8 @@ Yuv pixel_at(const ImageView& image, int x, int y) {
 void take_picture(const ImageView& image, BoxPicture& picture) {
   for (int y = 0; y < kBoxPictureHeight; ++y) {
     for (int x = 0; x < kBoxPictureWidth; ++x) {
-      const Yuv pixel = pixel_at(image, x * image.width_px / kBoxPictureWidth, y * image.height_px / kBoxPictureHeight);
+      const Yuv pixel =
+          pixel_at(image, x * image.width_px / kBoxPictureWidth, y * image.height_px / kBoxPictureHeight);
       const auto i = static_cast<std::size_t>(y) * kBoxPictureWidth + static_cast<std::size_t>(x);
       picture.luma[i] = pixel.y;
       picture.cb[i] = pixel.cb;

@@ -1,12 +1,13 @@
-// The last 30 s of everything, kept in memory that was there from the start, and written to a file when something
-// went wrong. Who records never waits for the file: another thread writes it, and until it has, nothing new is
-// recorded, so that what led to the fault cannot be overwritten.
+// The last 30 s of everything, kept in memory that was there from the start, and written to a file when
+// something went wrong. Who records never waits for the file: another thread writes it, and until it has,
+// nothing new is recorded, so that what led to the fault cannot be overwritten.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "algo/image.hpp"
 #include "firmware_like/daemon/telemetry_record.hpp"
@@ -15,9 +16,9 @@
 namespace vergence {
 
 inline constexpr int kBoxSeconds = 30;
-inline constexpr std::size_t kBoxRecords = 15'000;         // one each 2 ms
-inline constexpr std::size_t kBoxTailRecords = 500;        // after the fault: a second
-inline constexpr std::size_t kBoxPictures = 60;            // pairs, two a second
+inline constexpr std::size_t kBoxRecords = 15'000;   // one each 2 ms
+inline constexpr std::size_t kBoxTailRecords = 500;  // after the fault: a second
+inline constexpr std::size_t kBoxPictures = 60;      // pairs, two a second
 inline constexpr std::int64_t kBoxPictureEvery_ns = 480'000'000;
 inline constexpr int kBoxPictureWidth = 160;
 inline constexpr int kBoxPictureHeight = 120;
@@ -45,15 +46,18 @@ struct BoxHeader {
   std::uint32_t pair_bytes = sizeof(BoxPair);
   std::uint32_t records = 0;
   std::uint32_t pairs = 0;
-  std::uint32_t crc = 0;       // of records and pairs
-  std::int64_t fault_ns = 0;   // when it was asked for
+  std::uint32_t crc = 0;      // of all of the file, with 0 here
+  std::int64_t fault_ns = 0;  // when it was asked for
 };
+// Of a header, and of what follows it in the file.
+[[nodiscard]] std::uint32_t crc_of_box(BoxHeader header, std::span<const std::byte> body);
 
 class BlackBox {
  public:
   // The arm's task, each period; bounded, without system calls.
   void record(const TelemetryRecord& record);
-  // The same task: keep what is there, and a second more. True where this is the first call since the last file.
+  // The same task: keep what is there, and a second more. True where this is the first call since the last
+  // file.
   bool trigger(std::int64_t now_ns);
 
   // The vision task, each pair; takes what is due.

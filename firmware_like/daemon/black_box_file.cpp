@@ -16,13 +16,19 @@ const char* describe(BoxFileStatus status) {
   switch (status) {
     case BoxFileStatus::kOk: return "no error";
     case BoxFileStatus::kBadPath: return "its path has 1 to 107 bytes";
-    case BoxFileStatus::kCannotOpen: return "it cannot be made: is there such a folder, and may we write to it?";
+    case BoxFileStatus::kCannotOpen:
+      return "it cannot be made: is there such a folder, and may we write to it?";
     case BoxFileStatus::kNoRoom: return "the disk has no room for it: faults will leave no record";
     case BoxFileStatus::kCannotMap: return "it cannot be mapped into memory";
     case BoxFileStatus::kCannotSave: return "it cannot be written or named";
     case BoxFileStatus::kTooMany: return "eight are there already: move them elsewhere, none is overwritten";
   }
   return "unknown error";
+}
+
+std::uint32_t crc_of_box(BoxHeader header, std::span<const std::byte> body) {
+  header.crc = 0;
+  return crc32(body, crc32(std::as_bytes(std::span(&header, 1))));
 }
 
 BoxFileStatus BlackBoxFile::prepare(const char* path) {
@@ -71,7 +77,7 @@ BoxFileStatus BlackBoxFile::save(const BlackBox& box) {
   for (std::size_t i = 0; i < header.records; ++i) put(box.record_at(i));
   for (std::size_t i = 0; i < header.pairs; ++i) put(box.pair_at(i));
   const std::byte* const begin = place_ + sizeof(BoxHeader);
-  header.crc = crc32({begin, next});
+  header.crc = crc_of_box(header, {begin, next});
   std::memcpy(place_, &header, sizeof header);
   const bool saved = ::msync(place_, kBoxFileBytes, MS_SYNC) == 0 &&
                      ::ftruncate(file_, static_cast<off_t>(next - place_)) == 0 &&

@@ -57,7 +57,8 @@ const char* describe(SocketStatus status) {
     case SocketStatus::kOk: return "no error";
     case SocketStatus::kBadPath: return "the path of a socket has 1 to 107 bytes";
     case SocketStatus::kInUse: return "another controller answers there: stop it first";
-    case SocketStatus::kCannotBind: return "it cannot be made: is there such a folder, and may we write to it?";
+    case SocketStatus::kCannotBind:
+      return "it cannot be made: is there such a folder, and may we write to it?";
     case SocketStatus::kCannotListen: return "it cannot be listened to";
   }
   return "unknown error";

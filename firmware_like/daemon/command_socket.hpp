@@ -1,5 +1,5 @@
-// Where operators say what the controller is to do: a Unix-domain socket of mode 0660, one word a message, one
-// line of answer. Who else than the socket's owner, its group and root may not speak is refused by their
+// Where operators say what the controller is to do: a Unix-domain socket of mode 0660, one word a message,
+// one line of answer. Who else than the socket's owner, its group and root may not speak is refused by their
 // credentials, whatever the file's mode has become.
 //
 //   arm | disarm | servo | hold | stop | reset   ->  "ok"
@@ -54,7 +54,8 @@ enum class SocketStatus : std::uint8_t {
 // What is wrong and what to do, for people.
 [[nodiscard]] const char* describe(SocketStatus status);
 
-// Whether who has these credentials may command: root, the controller's own user, members of the socket's group.
+// Whether who has these credentials may command: root, the controller's own user, members of the socket's
+// group.
 [[nodiscard]] bool may_command(uid_t peer_user, std::span<const gid_t> peer_groups, uid_t own_user,
                                gid_t socket_group);
 

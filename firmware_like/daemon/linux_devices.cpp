@@ -19,13 +19,12 @@ bool LinuxDevices::open_cameras(const ControllerConfig& config) {
 bool LinuxDevices::open_arm(const ControllerConfig& config) {
   std::array<canopen::CanFilter, canopen::kMaxFilters> filters{};
   const std::size_t count = canopen::receive_filters(config.can.arm, filters);
-  const canopen::SocketStep step =
-      bus_.open(config.can.interface.data(), std::span(filters).first(count));
+  const canopen::SocketStep step = bus_.open(config.can.interface.data(), std::span(filters).first(count));
   if (step != canopen::SocketStep::kOk) {
     (void)std::snprintf(message_.data(), message_.size(),
                         "CAN interface %s: %s: %s (ip link show %s; docs/canopen.md says how it is set up)",
-                        config.can.interface.data(), canopen::describe(step), std::strerror(bus_.last_errno()),
-                        config.can.interface.data());
+                        config.can.interface.data(), canopen::describe(step),
+                        std::strerror(bus_.last_errno()), config.can.interface.data());
     return false;
   }
   const canopen::ConfigResult result = arm_.init(config.can.arm, clock_.now_ns());

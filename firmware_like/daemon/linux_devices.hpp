@@ -1,5 +1,5 @@
-// The devices of the real controller: V4L2 cameras, an arm on SocketCAN, step motors on libgpiod lines. What the
-// robot does not have stays closed and silent.
+// The devices of the real controller: V4L2 cameras, an arm on SocketCAN, step motors on libgpiod lines. What
+// the robot does not have stays closed and silent.
 #pragma once
 
 #include <array>
@@ -14,16 +14,14 @@
 #include "hal/v4l2/v4l2_stereo_camera.hpp"
 #ifdef VERGENCE_WITH_GPIOD
 #include "hal/gpio_step/libgpiod_lines.hpp"
-#else
-#include "hal/gpio_step/memory_lines.hpp"
 #endif
 
 namespace vergence {
 
 class LinuxDevices {
  public:
-  // Cameras are opened by the capturing thread, again and again until they are there; the bus and the lines now.
-  // False with a message for people, what and how to mend it.
+  // Cameras are opened by the capturing thread, again and again until they are there; the bus and the lines
+  // now. False with a message for people, what and how to mend it.
   [[nodiscard]] bool open(const ControllerConfig& config);
   // Enable line dropped, lines given back, bus left.
   void close();
@@ -59,15 +57,30 @@ class LinuxDevices {
 #ifdef VERGENCE_WITH_GPIOD
   using Lines = step::LibgpiodLines;
 #else
-  using Lines = step::MemoryLines;
+  // Built without libgpiod 1.x: there are none.
+  struct Lines {
+    [[nodiscard]] bool set_outputs(std::uint32_t) { return false; }
+    [[nodiscard]] bool set_enable(bool) { return false; }
+    [[nodiscard]] bool read_inputs(std::uint32_t&) { return false; }
+  };
 #endif
-  [[nodiscard]] step::StepMotors<Lines, rt::MonotonicClock>& eyes() { return eyes_; }
-  [[nodiscard]] std::int64_t next_edge_ns() const { return eyes_.next_deadline_ns(); }
-  void run_edges(std::int64_t now_ns) { eyes_.run_edges(now_ns); }
+  [[nodiscard]] step::StepMotors<Lines, rt::MonotonicClock>& eyes() {
+    return eyes_;
+  }
+  [[nodiscard]] std::int64_t next_edge_ns() const {
+    return eyes_.next_deadline_ns();
+  }
+  void run_edges(std::int64_t now_ns) {
+    eyes_.run_edges(now_ns);
+  }
 
   // Of the arm's task's thread: why the arm was stopped.
-  [[nodiscard]] const canopen::ArmFaultRecord& arm_fault() const { return arm_.master().fault(); }
-  [[nodiscard]] const canopen::CanHealth& bus_health() const { return bus_.health(); }
+  [[nodiscard]] const canopen::ArmFaultRecord& arm_fault() const {
+    return arm_.master().fault();
+  }
+  [[nodiscard]] const canopen::CanHealth& bus_health() const {
+    return bus_.health();
+  }
 
  private:
   [[nodiscard]] bool open_cameras(const ControllerConfig& config);

@@ -1,5 +1,6 @@
-// `vergenced`: reads the configuration, judges the machine, opens the devices, starts the tasks, and from then on
-// only watches: commands, black box, watchdog, and the signals that end it. Everything it needs is static.
+// `vergenced`: reads the configuration, judges the machine, opens the devices, starts the tasks, and from
+// then on only watches: commands, black box, watchdog, and the signals that end it. Everything it needs is
+// static.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -255,16 +256,17 @@ void report_tasks() {
     const TaskSummary& summary = executive.summary(static_cast<TaskId>(i));
     const rt::TaskTiming& timing = summary.timing.timing;
     if (timing.runs() == 0) continue;
-    std::fprintf(stderr,
-                 "vergenced: %-7s %llu runs, latency %lld us at worst, %lld us of work, %llu periods lost, %llu "
-                 "deadlines missed, %lld page faults, stack %zu of %zu KiB, %s\n",
-                 kTasks[i].name, static_cast<unsigned long long>(timing.runs()),
-                 static_cast<long long>(timing.worst_latency_ns() / 1000),
-                 static_cast<long long>(timing.worst_execution_ns() / 1000),
-                 static_cast<unsigned long long>(timing.lost_periods()),
-                 static_cast<unsigned long long>(timing.misses()),
-                 static_cast<long long>(summary.faults.minor + summary.faults.major),
-                 summary.stack_used_bytes / 1024, summary.stack_bytes / 1024, rt::describe(summary.placement));
+    std::fprintf(
+        stderr,
+        "vergenced: %-7s %llu runs, latency %lld us at worst, %lld us of work, %llu periods lost, %llu "
+        "deadlines missed, %lld page faults, stack %zu of %zu KiB, %s\n",
+        kTasks[i].name, static_cast<unsigned long long>(timing.runs()),
+        static_cast<long long>(timing.worst_latency_ns() / 1000),
+        static_cast<long long>(timing.worst_execution_ns() / 1000),
+        static_cast<unsigned long long>(timing.lost_periods()),
+        static_cast<unsigned long long>(timing.misses()),
+        static_cast<long long>(summary.faults.minor + summary.faults.major), summary.stack_used_bytes / 1024,
+        summary.stack_bytes / 1024, rt::describe(summary.placement));
   }
 }
 

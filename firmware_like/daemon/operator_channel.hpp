@@ -1,5 +1,5 @@
-// Operators' commands on their way to the arm's task, from any other thread. Nothing is lost: of several the last
-// counts, but a stop outlasts any other until it was taken.
+// Operators' commands on their way to the arm's task, from any other thread. Nothing is lost: of several the
+// last counts, but a stop outlasts any other until it was taken.
 #pragma once
 
 #include <atomic>

@@ -41,7 +41,7 @@ struct TelemetryRecord {
   std::array<double, kMaxJoints> joint_rad_per_s{};
   std::array<double, kMaxJoints> command_rad_per_s{};
   PoseRecord T_W_H;
-  std::uint32_t hand_limits = 0;   // LimitFlags of the period
+  std::uint32_t hand_limits = 0;  // LimitFlags of the period
   std::uint32_t joint_limits = 0;
   double smallest_singular_value = 0;
 

@@ -10,8 +10,8 @@ namespace vergence::canopen {
 // What is left is for SDO transfers, emergencies and frames sent again.
 inline constexpr std::int64_t kMostBusLoad_permille = 800;
 
-// Of a data frame with an 11-bit identifier and `bytes` of data, with the pause after it: 47 bits and the data;
-// of 34 bits and the data, one more after each four may be stuffed.
+// Of a data frame with an 11-bit identifier and `bytes` of data, with the pause after it: 47 bits and the
+// data; of 34 bits and the data, one more after each four may be stuffed.
 [[nodiscard]] constexpr std::int64_t longest_frame_bits(std::int64_t bytes) {
   return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
 }

@@ -1,9 +1,14 @@
 // Interposes the C allocator, which operator new uses too, by glibc's own second names for it.
 #include "tests/noheap/heap_counter.hpp"
 
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 
 namespace {
 
@@ -48,6 +53,27 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
   count();
   *block = __libc_memalign(alignment, size);
   return *block == nullptr ? ENOMEM : 0;
+}
+
+// The C library asks the kernel by itself, so these see only what others ask for.
+void* mmap(void* place, std::size_t bytes, int protection, int flags, int file, off_t offset) noexcept {
+  count();
+  // The kernel answers with an address.
+  return reinterpret_cast<void*>(::syscall(SYS_mmap, place, bytes, protection, flags, file, offset));
+}
+int munmap(void* place, std::size_t bytes) noexcept {
+  count();
+  return static_cast<int>(::syscall(SYS_munmap, place, bytes));
+}
+int brk(void*) noexcept {
+  count();
+  errno = ENOMEM;
+  return -1;
+}
+void* sbrk(std::intptr_t) noexcept {
+  count();
+  errno = ENOMEM;
+  return reinterpret_cast<void*>(-1);
 }
 
 }  // extern "C"

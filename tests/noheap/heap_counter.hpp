@@ -1,4 +1,5 @@
-// Counts calls of the allocator while one of these lives: proof that a block of code uses no heap.
+// Counts calls of the allocator, and of those that map memory, while one of these lives: proof that a block
+// of code asks for no memory.
 #pragma once
 
 namespace vergence::testing {
@@ -10,7 +11,7 @@ class HeapCounter {
   HeapCounter(const HeapCounter&) = delete;
   HeapCounter& operator=(const HeapCounter&) = delete;
 
-  [[nodiscard]] long calls() const;  // of malloc, calloc, realloc, free and their kin since construction
+  [[nodiscard]] long calls() const;  // of malloc, free, mmap, brk and their kin since construction
 };
 
 }  // namespace vergence::testing

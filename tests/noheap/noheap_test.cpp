@@ -1,6 +1,7 @@
 // Whole frames of the tracker, found, followed, lost and searched for, the arm's kinematics and the servo of
 // the hand, without one call of the allocator.
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <memory>
 #include <vector>
@@ -8,6 +9,8 @@
 #include "algo/hand_servo.hpp"
 #include "algo/iterative_inverse.hpp"
 #include "algo/pa10.hpp"
+#include "hal/rt/memory_lock.hpp"
+#include "hal/rt/rt_thread.hpp"
 #include "hal/v4l2/v4l2_stereo_camera.hpp"
 #include "tests/noheap/heap_counter.hpp"
 #include "tests/support/canopen_robot.hpp"
@@ -24,6 +27,14 @@ TEST(HeapCounter, CountsWhatAllocates) {
   const HeapCounter counter;
   const auto block = std::make_unique<std::vector<int>>(100);
   EXPECT_GE(counter.calls(), 2) << block->size();
+}
+
+TEST(HeapCounter, CountsWhatMaps) {
+  const HeapCounter counter;
+  void* const place = ::mmap(nullptr, 4096, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(place, MAP_FAILED);
+  EXPECT_EQ(::munmap(place, 4096), 0);
+  EXPECT_EQ(counter.calls(), 2);
 }
 
 TEST(NoHeap, FramesOfTheTrackerDoNotAllocate) {
@@ -116,6 +127,34 @@ TEST(NoHeap, TheWholeControllerDoesNotAllocate) {
   EXPECT_EQ(counter.calls(), 0);
   EXPECT_EQ(following, Mode::kServo);
   EXPECT_EQ(robot->mode(), Mode::kIdle);
+}
+
+// A hundred thousand periods of the arm's task, with mode changes on the way.
+TEST(NoHeap, AHundredThousandPeriodsNeitherAllocateNorFaultAPage) {
+  const auto robot = std::make_unique<testing::IdealRobot>();
+  robot->run(0.1);
+  robot->start();
+  robot->run(1);
+  // Where it may not be locked, the kernel may take memory back, and what comes again is not the
+  // controller's.
+  const bool locked = rt::lock_memory().error == rt::MemoryLockError::kNone;
+  const rt::PageFaults before = rt::page_faults_of_this_thread();
+  const HeapCounter counter;
+  for (int round = 0; round < 100; ++round) {
+    robot->pipeline.command(OperatorCommand::kServo);
+    robot->run(1.5);
+    robot->pipeline.command(OperatorCommand::kHold);
+    robot->run(0.5);
+  }
+  const rt::PageFaults after = rt::page_faults_of_this_thread();
+  EXPECT_EQ(counter.calls(), 0);
+  rt::unlock_memory();
+  if (locked) {
+    EXPECT_EQ(after.major - before.major, 0);
+    EXPECT_EQ(after.minor - before.minor, 0);
+  }
+  EXPECT_EQ(robot->mode(), Mode::kHold);
+  EXPECT_GE(robot->t_ns, 2'000'000LL * 100'000);
 }
 
 // Seven drives booted, moved, stopped by a fault, and reset; the drives' own side too.

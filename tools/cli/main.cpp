@@ -31,7 +31,9 @@ int main(int argc, char** argv) {
   vergence::tools::add_bench_command(app);
   vergence::tools::add_accuracy_command(app);
   vergence::tools::add_demo_command(app);
+  vergence::tools::add_replay_command(app);
   vergence::tools::add_config_command(app);
+  vergence::tools::add_controller_commands(app);
   // After the commands, which would inherit it.
   app.footer(
       "`vergence COMMAND --help` tells more of each.\n"

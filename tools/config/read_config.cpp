@@ -55,7 +55,8 @@ void take_numbers(const TomlReader& table, const ConfigField& field, int instanc
     const double kept = field.get(config, {instance, element}) / field.scale;
     const double written = values[static_cast<std::size_t>(element)];
     // Times are kept in whole nanoseconds.
-    if (std::abs(kept - written) > 1e-9 * std::abs(written) + 1 / std::abs(field.scale)) {
+    const double grain = std::max(1e-9, field.scale > 1 ? 1 / field.scale : 0);
+    if (std::abs(kept - written) > 1e-9 * std::abs(written) + grain) {
       table.fail(field.key, "cannot be", "the squares of a quaternion's vector part add up to 1 at most");
     }
   }
@@ -115,8 +116,9 @@ void take_axes(const TomlReader& can, const ConfigSection& section, ControllerCo
   if (!config.robot.has_arm) return;
   const std::vector<TomlReader> axes = can.tables("axis");
   if (axes.size() != static_cast<std::size_t>(config.robot.arm.joints)) {
-    can.fail("axis", "there are " + std::to_string(axes.size()) + " but the arm has " +
-                         std::to_string(config.robot.arm.joints) + " joints",
+    can.fail("axis",
+             "there are " + std::to_string(axes.size()) + " but the arm has " +
+                 std::to_string(config.robot.arm.joints) + " joints",
              "one [[can.axis]] for each, from the base");
   }
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -124,7 +126,8 @@ void take_axes(const TomlReader& can, const ConfigSection& section, ControllerCo
     take_all(axes[i], section, static_cast<int>(i), config);
     canopen::CanopenAxisConfig& axis = config.can.arm.axis[i];
     if (axis.counts_per_rad == 0) axes[i].fail("counts_per_turn", "is 0");
-    if (!axes[i].has("velocity_units_per_turn_per_s")) axis.velocity_units_per_rad_per_s = axis.counts_per_rad;
+    if (!axes[i].has("velocity_units_per_turn_per_s"))
+      axis.velocity_units_per_rad_per_s = axis.counts_per_rad;
     const JointLimits& limits = config.robot.arm.limits[i];
     axis.min_rad = limits.min_rad;
     axis.max_rad = limits.max_rad;
@@ -199,8 +202,9 @@ void refuse_conflicts(const TomlReader& root, const ControllerConfig& config) {
   }
   // What only the parts themselves can say.
   const auto pipeline = std::make_unique<Pipeline>();
-  const Status status = config.target == TargetKind::kMarker ? pipeline->configure(config.robot, config.marker)
-                                                             : pipeline->configure(config.robot, config.photo);
+  const Status status = config.target == TargetKind::kMarker
+                            ? pipeline->configure(config.robot, config.marker)
+                            : pipeline->configure(config.robot, config.photo);
   if (status != Status::kOk) throw InputError(root.file(), "", describe(status));
 }
 

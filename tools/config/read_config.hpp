@@ -9,8 +9,8 @@
 
 namespace vergence::tools {
 
-// What is not written has its default. Files are looked for beside the file that names them. Throws InputError
-// with file, line and field.
+// What is not written has its default. Files are looked for beside the file that names them. Throws
+// InputError with file, line and field.
 [[nodiscard]] std::unique_ptr<ControllerConfig> read_config(const std::filesystem::path& file);
 
 // What stands where nothing is written; also what an example begins with.

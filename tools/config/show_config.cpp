@@ -62,15 +62,16 @@ void show_derived(std::ostringstream& out, const ControllerConfig& config) {
   out << "\n# From other files\n";
   out << "# target   "
       << (config.target == TargetKind::kMarker ? "marker of " + std::to_string(config.marker.balls) + " balls"
-                                               : "photo-model of " + std::to_string(config.photo.inner) + " + " +
-                                                     std::to_string(config.photo.outer) + " points")
+                                               : "photo-model of " + std::to_string(config.photo.inner) +
+                                                     " + " + std::to_string(config.photo.outer) + " points")
       << '\n';
-  out << "# cameras  " << rig.left.width_px << " x " << rig.left.height_px << ", fx "
-      << shown(rig.left.fx_px) << " and " << shown(rig.right.fx_px) << " px\n";
+  out << "# cameras  " << rig.left.width_px << " x " << rig.left.height_px << ", fx " << shown(rig.left.fx_px)
+      << " and " << shown(rig.right.fx_px) << " px\n";
   if (config.robot.has_arm) {
     out << "# arm      " << config.robot.arm.joints << " joints\n";
-    out << "# bus load " << shown(0.1 * static_cast<double>(canopen::bus_load_permille(
-                                            config.can.arm, config.can.bitrate_bit_per_s)))
+    out << "# bus load "
+        << shown(0.1 * static_cast<double>(
+                           canopen::bus_load_permille(config.can.arm, config.can.bitrate_bit_per_s)))
         << " % at worst\n";
   }
   if (config.robot.has_eyes) {
