@@ -9,4 +9,7 @@ set +a
 set_up_devices
 cd "$RIG_OUT"
 export RIG="$rig"
+if [ -e "$rig/scenarios/$RIG_SCENARIO.toml" ]; then
+  exec "$rig/guest/controller.sh" "$rig/scenarios/$RIG_SCENARIO.toml"
+fi
 exec "$rig/scenarios/$RIG_SCENARIO.sh"
