@@ -110,10 +110,17 @@ void pass_text(Archive& archive, const ConfigSection& section, const ConfigField
   if (!ended && misfit.section == nullptr) misfit = {section.name, field.key, "does not end"};
 }
 
+// Of a list, as many as there are drives: the others have no values to judge.
+int used(const ConfigSection& section, const ControllerConfig& config) {
+  if (section.list == 0) return section.count();
+  return config.robot.has_arm ? std::clamp(config.can.arm.axes, 0, section.list) : 0;
+}
+
 template <typename Archive>
 void pass_fields(Archive& archive, ControllerConfig& config, Misfit& misfit) {
+  archive.pass(config.can.arm.axes);
   for (const ConfigSection& section : config_sections()) {
-    for (int instance = 0; instance < section.count(); ++instance) {
+    for (int instance = 0; instance < used(section, config); ++instance) {
       for (const ConfigField& field : section.fields) {
         for (int element = 0; element < field.count; ++element) {
           const Place place{instance, element};
@@ -183,7 +190,6 @@ void pass_arm(Archive& archive, ControllerConfig& config) {
   archive.pass(arm.held);
   pass_transform(archive, config.robot.T_W_H_fixed);
   // The bus's own guard, made from these.
-  archive.pass(config.can.arm.axes);
   archive.pass(config.can.arm.sync_period_ns);
   for (canopen::CanopenAxisConfig& axis : config.can.arm.axis) {
     archive.pass(axis.min_rad);
@@ -333,10 +339,13 @@ std::uint32_t crc_of(const Header& header) {
 }
 
 ImageStatus check_header(std::span<const std::byte> image, Header& header) {
+  const Header ours;
+  const std::size_t begun = std::min(image.size(), ours.magic.size());
+  if (begun > 0 && std::memcmp(image.data(), ours.magic.data(), begun) != 0) {
+    return ImageStatus::kNotAnImage;
+  }
   if (image.size() < sizeof(Header)) return ImageStatus::kTruncated;
   std::memcpy(&header, image.data(), sizeof header);
-  const Header ours;
-  if (header.magic != ours.magic) return ImageStatus::kNotAnImage;
   if (header.byte_order != ours.byte_order) return ImageStatus::kWrongByteOrder;
   if (header.header_crc != crc_of(header)) return ImageStatus::kCorrupted;
   if (header.version != ours.version) return ImageStatus::kOtherVersion;

@@ -326,13 +326,15 @@ template <Devices D>
 void Executive<D>::run_steps() {
   begin_task(TaskId::kSteps);
   rt::TimingRecord& timing = summaries_[index(TaskId::kSteps)].timing;
+  std::int64_t ended_ns = clock_.now_ns();
   while (!stop_.load(std::memory_order_acquire)) {
-    const std::int64_t due_ns = std::min(devices_->next_edge_ns(), clock_.now_ns() + kLongestSleep_ns);
+    // What was due before the last run ended is due now.
+    const std::int64_t due_ns = std::clamp(devices_->next_edge_ns(), ended_ns, ended_ns + kLongestSleep_ns);
     rt::sleep_until(due_ns);
     const std::int64_t now_ns = clock_.now_ns();
     timing.began(due_ns, now_ns);
     devices_->run_edges(now_ns);
-    const std::int64_t ended_ns = clock_.now_ns();
+    ended_ns = clock_.now_ns();
     (void)timing.ended(ended_ns);
     after_run(TaskId::kSteps, ended_ns);
   }

@@ -16,7 +16,7 @@ namespace vergence {
   switch (id) {
     case TaskId::kArm: return 100'000'000;
     case TaskId::kEyes: return 200'000'000;
-    case TaskId::kVision: return 2'000'000'000;
+    case TaskId::kVision:
     case TaskId::kCapture: return 2'000'000'000;
     case TaskId::kSteps: return 500'000'000;
   }

@@ -1,7 +1,9 @@
 #include "hal/canopen/arm_config.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/canopen/nmt.hpp"
 
 namespace vergence::canopen {
@@ -47,38 +49,37 @@ ConfigFinding check(const CanopenAxisConfig& axis) {
       std::abs(axis.following_error_rad * counts) > kMaxInteger) {
     return ConfigFinding::kLimit;
   }
-  if (!is_cob_id(rpdo_cob_id(axis)) || !is_cob_id(tpdo_cob_id(axis))) return ConfigFinding::kCobId;
   return ConfigFinding::kNone;
 }
 
-bool share_cob_id(const CanopenAxisConfig& a, const CanopenAxisConfig& b) {
-  return rpdo_cob_id(a) == rpdo_cob_id(b) || tpdo_cob_id(a) == tpdo_cob_id(b) ||
-         rpdo_cob_id(a) == tpdo_cob_id(b) || tpdo_cob_id(a) == rpdo_cob_id(b);
+// In range, and not those of an axis before it.
+ConfigFinding check_cob_ids(const CanopenArmConfig& config, int axis,
+                            FixedList<std::uint32_t, 4 * kMaxJoints>& taken) {
+  const AxisPdos pdos = axis_pdos(config, axis);
+  for (const PdoConfig* pdo : pdos.all()) {
+    if (!is_cob_id(pdo->cob_id)) return ConfigFinding::kCobId;
+    if (std::find(taken.begin(), taken.end(), pdo->cob_id) != taken.end()) return ConfigFinding::kCobIdTwice;
+    taken.add(pdo->cob_id);
+  }
+  return ConfigFinding::kNone;
 }
 
 }  // namespace
 
-std::uint32_t rpdo_cob_id(const CanopenAxisConfig& axis) {
-  return axis.rpdo_cob_id != 0 ? axis.rpdo_cob_id : kRpdo1CobId + axis.node_id;
-}
-
-std::uint32_t tpdo_cob_id(const CanopenAxisConfig& axis) {
-  return axis.tpdo_cob_id != 0 ? axis.tpdo_cob_id : kTpdo1CobId + axis.node_id;
-}
-
 ConfigResult check(const CanopenArmConfig& config) {
   if (config.axes < 1 || config.axes > kMaxJoints) return {ConfigFinding::kAxes, -1};
   if (config.master_node_id < 1 || config.master_node_id > kMaxNodeId) return {ConfigFinding::kNodeId, -1};
+  FixedList<std::uint32_t, 4 * kMaxJoints> cob_ids;
   for (int i = 0; i < config.axes; ++i) {
     const CanopenAxisConfig& axis = config.axis[static_cast<std::size_t>(i)];
-    if (const ConfigFinding finding = check(axis); finding != ConfigFinding::kNone) return {finding, i};
+    if (const ConfigFinding own = check(axis); own != ConfigFinding::kNone) return {own, i};
     if (axis.node_id == config.master_node_id) return {ConfigFinding::kNodeIdTwice, i};
-    if (rpdo_cob_id(axis) == tpdo_cob_id(axis)) return {ConfigFinding::kCobIdTwice, i};
     for (int j = 0; j < i; ++j) {
       const CanopenAxisConfig& other = config.axis[static_cast<std::size_t>(j)];
       if (axis.node_id == other.node_id) return {ConfigFinding::kNodeIdTwice, i};
-      if (share_cob_id(axis, other)) return {ConfigFinding::kCobIdTwice, i};
     }
+    const ConfigFinding finding = check_cob_ids(config, i, cob_ids);
+    if (finding != ConfigFinding::kNone) return {finding, i};
   }
   constexpr std::int64_t kStep_ns = 100'000;
   if (config.sync_period_ns < kStep_ns || config.sync_period_ns > 255 * kStep_ns ||
@@ -88,6 +89,10 @@ ConfigResult check(const CanopenArmConfig& config) {
   if (!is_heartbeat_time(config.heartbeat_ns) || !is_heartbeat_time(config.heartbeat_timeout_ns) ||
       config.heartbeat_timeout_ns < config.heartbeat_ns + config.sync_period_ns) {
     return {ConfigFinding::kHeartbeat, -1};
+  }
+  if (!is_heartbeat_time(config.statusword_timer_ns) ||
+      config.statusword_timer_ns < 2 * config.sync_period_ns) {
+    return {ConfigFinding::kStatuswordTimer, -1};
   }
   if (config.boot_timeout_ns <= 0 || config.sdo_timeout_ns <= 0 || config.enable_timeout_ns <= 0 ||
       config.stop_timeout_ns <= 0) {
@@ -116,6 +121,8 @@ const char* describe(ConfigFinding finding) {
     case ConfigFinding::kPeriod: return "the SYNC period is not a multiple of 0.1 ms up to 25.5 ms";
     case ConfigFinding::kHeartbeat:
       return "a heartbeat time is not 1 to 65535 whole ms, or the timeout not a period longer than the beat";
+    case ConfigFinding::kStatuswordTimer:
+      return "the statusword's event timer is not 1 to 65535 whole ms, or less than two SYNC periods";
     case ConfigFinding::kTimeout: return "a timeout is not positive";
     case ConfigFinding::kTolerance:
       return "a tolerance is outside its range, or homing is demanded but not to be read";
@@ -127,7 +134,9 @@ std::size_t receive_filters(const CanopenArmConfig& config, std::span<CanFilter,
   std::size_t count = 0;
   for (int i = 0; i < config.axes && i < kMaxJoints; ++i) {
     const CanopenAxisConfig& axis = config.axis[static_cast<std::size_t>(i)];
-    filters[count++] = {tpdo_cob_id(axis), 0x7FF};
+    const AxisPdos pdos = axis_pdos(config, i);
+    filters[count++] = {pdos.position.cob_id, 0x7FF};
+    filters[count++] = {pdos.statusword.cob_id, 0x7FF};
     filters[count++] = {kSdoResponseCobId + axis.node_id, 0x7FF};
     filters[count++] = {kEmergencyCobId + axis.node_id, 0x7FF};
     filters[count++] = {kHeartbeatCobId + axis.node_id, 0x7FF};

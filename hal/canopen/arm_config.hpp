@@ -28,9 +28,11 @@ struct CanopenAxisConfig {
   double max_velocity_rad_per_s = 2;  // commands beyond it are clamped
   double quick_stop_rad_per_s2 = 20;
   double following_error_rad = 0.1;
-  std::uint32_t rpdo_cob_id = 0;  // 0: 0x200 + node, the standard's default
-  std::uint32_t tpdo_cob_id = 0;  // 0: 0x180 + node
-  std::uint32_t vendor_id = 0;    // 0: any
+  std::uint32_t rpdo1_cob_id = 0;  // of the target; 0: 0x200 + node, the standard's default
+  std::uint32_t rpdo2_cob_id = 0;  // of the controlword; 0: 0x300 + node
+  std::uint32_t tpdo1_cob_id = 0;  // of the position; 0: 0x180 + node
+  std::uint32_t tpdo2_cob_id = 0;  // of the statusword; 0: 0x280 + node
+  std::uint32_t vendor_id = 0;     // 0: any
 };
 
 struct CanopenArmConfig {
@@ -43,6 +45,7 @@ struct CanopenArmConfig {
   std::int64_t sync_period_ns = 2'000'000;  // multiples of 0.1 ms up to 25.5 ms
   std::int64_t heartbeat_ns = 20'000'000;   // of drives and master; whole milliseconds
   std::int64_t heartbeat_timeout_ns = 50'000'000;
+  std::int64_t statusword_timer_ns = 100'000'000;  // whole milliseconds; comes so often without a change
   std::int64_t boot_timeout_ns = 5'000'000'000;
   std::int64_t sdo_timeout_ns = 500'000'000;
   std::int64_t enable_timeout_ns = 3'000'000'000;  // brakes are released meanwhile
@@ -64,6 +67,7 @@ enum class ConfigFinding : std::uint8_t {
   kCobIdTwice,
   kPeriod,
   kHeartbeat,
+  kStatuswordTimer,
   kTimeout,
   kTolerance,
 };
@@ -76,12 +80,8 @@ struct ConfigResult {
 [[nodiscard]] ConfigResult check(const CanopenArmConfig& config);
 [[nodiscard]] const char* describe(ConfigFinding finding);
 
-// With the standard's defaults filled in.
-[[nodiscard]] std::uint32_t rpdo_cob_id(const CanopenAxisConfig& axis);
-[[nodiscard]] std::uint32_t tpdo_cob_id(const CanopenAxisConfig& axis);
-
-// What a master must receive: of each axis its process data, answers, emergencies and heartbeat.
-inline constexpr std::size_t kMaxFilters = 4 * kMaxJoints;
+// What a master must receive: of each axis its two PDOs, answers, emergencies and heartbeat.
+inline constexpr std::size_t kMaxFilters = 5 * kMaxJoints;
 [[nodiscard]] std::size_t receive_filters(const CanopenArmConfig& config,
                                           std::span<CanFilter, kMaxFilters> filters);
 

@@ -23,6 +23,7 @@ const char* in_words(ArmFaultKind kind) {
     case ArmFaultKind::kRebooted: return "restarted by itself";
     case ArmFaultKind::kLeftOperational: return "left the state operational";
     case ArmFaultKind::kPdoMissing: return "sent no process data";
+    case ArmFaultKind::kStatusMissing: return "sent no statusword, for ms";
     case ArmFaultKind::kEmergency: return "emergency";
     case ArmFaultKind::kFollowingError: return "following error";
     case ArmFaultKind::kDriveFault: return "the drive is in a fault";

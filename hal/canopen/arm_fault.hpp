@@ -17,6 +17,7 @@ enum class ArmFaultKind : std::uint8_t {
   kRebooted,         // by itself
   kLeftOperational,  // detail: NmtState
   kPdoMissing,       // detail: how many in a row
+  kStatusMissing,    // detail: for how many ms
   kEmergency,        // detail: its code
   kFollowingError,   // detail: microradians, or 0 where the drive said so
   kDriveFault,       // detail: statusword

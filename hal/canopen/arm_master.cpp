@@ -51,7 +51,7 @@ void ArmMaster::judge_bus(const CanHealth& health) {
     stop_whole(ArmFaultKind::kBusOff, static_cast<std::uint32_t>(health.state));
   }
   const bool any_refused =
-      sync_refused_ || std::find(refused_.begin(), refused_.end(), true) != refused_.end();
+      sync_refused_ || word_refused_ || std::find(refused_.begin(), refused_.end(), true) != refused_.end();
   periods_refused_ = any_refused ? periods_refused_ + 1 : 0;
   if (periods_refused_ >= 2) stop_whole(ArmFaultKind::kTransmitFull, 0);
 }
@@ -170,23 +170,27 @@ DriveGoal ArmMaster::goal() const {
   return DriveGoal::kQuickStop;
 }
 
-void ArmMaster::send_command(std::size_t i, const FrameSink& sink) {
-  const AxisPhase phase = axes_[i].phase();
-  refused_[i] = false;
-  // An axis that failed is told to stop as well: it may still hear.
-  if (phase < AxisPhase::kAwaitStart) return;
-  const double velocity = state_ == State::kOn ? velocity_rad_per_s_[i] : 0;
-  commands_[i] = axes_[i].command(goal(), velocity);
-  refused_[i] = !sink.send(commands_[i]);
+// An axis that failed is told to stop as well: it may still hear.
+void ArmMaster::steer_all(const FrameSink& sink) {
+  word_refused_ = false;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (axes_[i].phase() < AxisPhase::kAwaitStart) continue;
+    if (!axes_[i].steer(goal(), sink)) word_refused_ = true;
+  }
 }
 
-void ArmMaster::send_all(const FrameSink& sink) {
-  for (std::size_t i = 0; i < count_; ++i) send_command(i, sink);
+void ArmMaster::send_targets(const FrameSink& sink) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    refused_[i] = false;
+    if (axes_[i].phase() < AxisPhase::kAwaitStart) continue;
+    targets_[i] = axes_[i].target(goal(), state_ == State::kOn ? velocity_rad_per_s_[i] : 0);
+    refused_[i] = !sink.send(targets_[i]);
+  }
 }
 
 void ArmMaster::send_refused(const FrameSink& sink) {
   for (std::size_t i = 0; i < count_; ++i) {
-    if (refused_[i]) refused_[i] = !sink.send(commands_[i]);
+    if (refused_[i]) refused_[i] = !sink.send(targets_[i]);
   }
 }
 
@@ -223,16 +227,16 @@ void ArmMaster::process(std::int64_t now_ns, const CanHealth& health, const Fram
   judge_axes();
   advance();
 
-  const bool stopping = state_ == State::kStopping || state_ == State::kFault;
-  if (stopping) {
-    send_all(sink);
+  if (is_stopping()) {
+    steer_all(sink);
   } else {
     send_refused(sink);
   }
   sync_sent_ = sink.send(sync_frame());
   sync_refused_ = !sync_sent_;
   sync_ns_ = now_ns;
-  if (!stopping && state_ != State::kOn) send_all(sink);
+  if (!is_stopping()) steer_all(sink);
+  if (state_ != State::kOn) send_targets(sink);
   heartbeat_.process(now_ns, NmtState::kOperational, sink);
   publish();
 }
@@ -248,7 +252,7 @@ void ArmMaster::command(const std::array<double, kMaxJoints>& velocity_rad_per_s
   periods_without_command_ = 0;
   if (state_ != State::kOn || too_soon_) return;
   velocity_rad_per_s_ = velocity_rad_per_s;
-  send_all(sink);
+  send_targets(sink);
 }
 
 void ArmMaster::request(ArmRequest request) {

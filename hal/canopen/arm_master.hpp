@@ -1,12 +1,13 @@
 // The master of an arm's drives: boots them, switches them on and off together, sends velocities, and stops
 // all of them as soon as anything is wrong with one.
 //
-// A period, in this order: process() takes what came since the last one, judges it, and sends SYNC; read()
-// gives the positions the SYNC before asked for; command() sends velocities, which act from the next SYNC.
-// A period that comes less than half a period after the last is left out: a task that was late and hurries
-// has not given the drives time to answer.
+// A period, in this order: process() takes what came since the last one, judges it, sends SYNC, and words of
+// the state machine where there is news; read() gives the positions the SYNC before asked for; command()
+// sends velocities, which act from the next SYNC. A period that comes less than half a period after the last
+// is left out: a task that was late and hurries has not given the drives time to answer.
 //
-// While the arm is being stopped, process() sends the quick stop before SYNC, so that it acts at once.
+// While the arm is being stopped, process() sends the quick stop before SYNC; it acts at once, and is
+// repeated until each drive's statusword says so. The velocities that follow that SYNC are zero.
 #pragma once
 
 #include <array>
@@ -61,8 +62,9 @@ class ArmMaster {
   template <typename Predicate>
   [[nodiscard]] bool all(Predicate predicate) const;
   [[nodiscard]] DriveGoal goal() const;
-  void send_all(const FrameSink& sink);
-  void send_command(std::size_t i, const FrameSink& sink);
+  [[nodiscard]] bool is_stopping() const { return state_ == State::kStopping || state_ == State::kFault; }
+  void steer_all(const FrameSink& sink);
+  void send_targets(const FrameSink& sink);
   void send_refused(const FrameSink& sink);
   void publish();
 
@@ -87,8 +89,9 @@ class ArmMaster {
   bool may_enable_ = true;
   std::array<double, kMaxJoints> velocity_rad_per_s_{};
   int periods_without_command_ = 0;
-  std::array<CanFrame, kMaxJoints> commands_{};
-  std::array<bool, kMaxJoints> refused_{};  // commands to be sent again
+  std::array<CanFrame, kMaxJoints> targets_{};
+  std::array<bool, kMaxJoints> refused_{};  // targets to be sent again
+  bool word_refused_ = false;               // a controlword; it is tried again by itself
   int periods_refused_ = 0;
 
   ArmFeedback feedback_;

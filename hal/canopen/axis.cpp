@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "hal/canopen/bytes.hpp"
+#include "hal/canopen/objects.hpp"
 #include "hal/clock.hpp"
 
 namespace vergence::canopen {
@@ -12,6 +13,14 @@ namespace {
 
 // Of the memory of a velocity that is not followed: a steady difference d counts as d times this.
 constexpr double kSlipMemory_s = 1;
+
+constexpr std::int64_t kNsPerMs = 1'000'000;
+
+// A controlword that is not followed is sent again after so many periods: brakes take their time.
+constexpr int kRepeatAfter_periods = 10;
+
+// So many event timers in a row without a statusword, in halves, are a fault: one may be lost.
+constexpr int kMostHalfTimers = 5;
 
 std::uint32_t to_object(double value) {
   const double clamped = std::clamp(value, -2147483648.0, 2147483647.0);
@@ -30,6 +39,8 @@ void Axis::init(const CanopenArmConfig& config, int axis, std::int64_t now_ns) {
   boot_timeout_ns_ = config.boot_timeout_ns;
   sdo_timeout_ns_ = config.sdo_timeout_ns;
   tolerated_missing_ = config.tolerated_missing_pdos;
+  statusword_timer_ns_ = config.statusword_timer_ns;
+  pdos_ = axis_pdos(config, axis);
   script_ = boot_script(config, axis);
   sdo_.init(config_.node_id, config.sdo_timeout_ns);
   heartbeat_.init(config_.node_id, config.heartbeat_timeout_ns, config.boot_timeout_ns);
@@ -48,11 +59,15 @@ void Axis::boot(std::int64_t now_ns) {
   emergency_ = {};
   fault_ = {};
   statusword_ = 0;
+  statusword_known_ = false;
+  has_statusword_timer_ = true;
+  asking_ = false;
   arrived_ = false;
   missing_ = 0;
   sampled_ = false;
   velocity_rad_per_s_ = 0;
   last_command_ = DriveCommand::kNone;
+  told_ = false;
 }
 
 void Axis::start(std::int64_t now_ns) {
@@ -73,12 +88,23 @@ void Axis::fail_step(ArmFaultKind kind, std::uint32_t detail, std::int64_t now_n
   fault_.sub = script_[step_].object.sub;
 }
 
-void Axis::receive_feedback(const CanFrame& frame) {
-  if (frame.size != 6 || frame.is_remote) return;  // the length that was mapped
-  statusword_ = static_cast<std::uint16_t>(get_number(frame.data, 2));
-  counts_ = static_cast<std::int32_t>(get_number(std::span(frame.data).subspan(2), 4));
-  arrived_ns_ = frame.stamp_ns;
-  arrived_ = true;
+void Axis::take_statusword(std::uint32_t value, std::int64_t now_ns) {
+  statusword_ = static_cast<std::uint16_t>(value);
+  statusword_known_ = true;
+  statusword_ns_ = now_ns;
+}
+
+// Frames that have not the length that was mapped are not ours.
+void Axis::receive_feedback(const CanFrame& frame, std::int64_t now_ns) {
+  if (frame.is_remote) return;
+  if (frame.id == pdos_.position.cob_id && frame.size == pdo_bytes(pdos_.position)) {
+    counts_ = static_cast<std::int32_t>(get_number(frame.data, 4));
+    arrived_ns_ = frame.stamp_ns;
+    arrived_ = true;
+  }
+  if (frame.id == pdos_.statusword.cob_id && frame.size == pdo_bytes(pdos_.statusword)) {
+    take_statusword(get_number(frame.data, 2), now_ns);
+  }
 }
 
 void Axis::receive(const CanFrame& frame, std::int64_t now_ns) {
@@ -87,7 +113,7 @@ void Axis::receive(const CanFrame& frame, std::int64_t now_ns) {
   // What it sent before it was reset says nothing about now.
   if (phase_ == AxisPhase::kReset || phase_ == AxisPhase::kAwaitBoot) return;
   sdo_.receive(frame, now_ns);
-  if (frame.id == tpdo_cob_id(config_) && phase_ >= AxisPhase::kAwaitStart) receive_feedback(frame);
+  if (phase_ >= AxisPhase::kAwaitStart) receive_feedback(frame, now_ns);
   if (Emergency emergency; decode_emergency(frame, config_.node_id, emergency)) {
     emergency_ = emergency;
     if (emergency.code >= 0x0100) fail(ArmFaultKind::kEmergency, emergency.code, now_ns);
@@ -114,6 +140,7 @@ bool Axis::end_step(std::int64_t now_ns) {
     const bool not_there = code == kAbortNoObject || code == kAbortNoSubIndex;
     if (step.kind == BootStepKind::kWriteIfThere && not_there) {
       ++left_out_;
+      if (is_statusword_timer(step)) has_statusword_timer_ = false;
       return true;
     }
     fail_step(ArmFaultKind::kSdoAbort, code, now_ns);
@@ -157,6 +184,26 @@ void Axis::judge_boots(std::int64_t now_ns) {
   sdo_.init(config_.node_id, sdo_timeout_ns_);
   step_ = 0;
   step_begun_ = false;
+  has_statusword_timer_ = true;
+}
+
+// Of a drive without the event timer, so that a change that was lost shows all the same.
+void Axis::ask_for_statusword(std::int64_t now_ns, const FrameSink& sink) {
+  if (has_statusword_timer_) return;
+  if (asking_ && sdo_.state() != SdoState::kBusy) {
+    asking_ = false;
+    // What came by itself meanwhile is newer.
+    const bool is_news = !statusword_known_ || statusword_ns_ < asked_ns_;
+    if (sdo_.state() == SdoState::kDone && sdo_.bytes().size() == 2 && is_news) {
+      take_statusword(get_number(sdo_.bytes(), 2), now_ns);
+    }
+  }
+  const std::int64_t since_ns = std::max(statusword_known_ ? statusword_ns_ : since_ns_, asked_ns_);
+  if (!asking_ && now_ns - since_ns >= statusword_timer_ns_) {
+    asking_ = sdo_.read(kStatusword, 0, now_ns);
+    asked_ns_ = now_ns;
+  }
+  sdo_.process(now_ns, sink);
 }
 
 void Axis::process(std::int64_t now_ns, const FrameSink& sink) {
@@ -183,13 +230,19 @@ void Axis::process(std::int64_t now_ns, const FrameSink& sink) {
       since_ns_ = now_ns;
       break;
     case AxisPhase::kAwaitStart:
-      if (arrived_ && heartbeat_.state() == NmtState::kOperational) {
+      ask_for_statusword(now_ns, sink);
+      if (arrived_ && statusword_known_ && heartbeat_.state() == NmtState::kOperational) {
         phase_ = AxisPhase::kRunning;
       } else if (now_ns - since_ns_ > boot_timeout_ns_) {
         fail(ArmFaultKind::kNotOperational, static_cast<std::uint32_t>(heartbeat_.state()), now_ns);
       }
       break;
     case AxisPhase::kRunning:
+      ask_for_statusword(now_ns, sink);
+      if (const std::int64_t age_ns = now_ns - statusword_ns_;
+          2 * age_ns > kMostHalfTimers * statusword_timer_ns_) {
+        fail(ArmFaultKind::kStatusMissing, static_cast<std::uint32_t>(age_ns / kNsPerMs), now_ns);
+      }
       if (heartbeat_.state() != NmtState::kOperational) {
         fail(ArmFaultKind::kLeftOperational, static_cast<std::uint32_t>(heartbeat_.state()), now_ns);
       }
@@ -245,21 +298,42 @@ double Axis::allowed_velocity(double velocity_rad_per_s) const {
   return std::clamp(velocity_rad_per_s, -config_.max_velocity_rad_per_s, config_.max_velocity_rad_per_s);
 }
 
-CanFrame Axis::command(DriveGoal goal, double velocity_rad_per_s) {
+CanFrame Axis::target(DriveGoal goal, double velocity_rad_per_s) {
   const bool moves = goal == DriveGoal::kOn && drive() == DriveState::kOperationEnabled;
   commanded_rad_per_s_ = moves ? allowed_velocity(velocity_rad_per_s) : 0;
   // Until it moves the target is where it stands, so that nothing jumps when it does.
   target_rad_ = moves ? target_rad_ + commanded_rad_per_s_ * period_s_ : position_rad_;
-  last_command_ = command_towards(goal, drive(), last_command_);
   const double target = mode_ == CyclicMode::kVelocity
                             ? commanded_rad_per_s_ * config_.velocity_units_per_rad_per_s
                             : target_rad_ * config_.counts_per_rad + config_.zero_counts;
   CanFrame frame;
-  frame.id = rpdo_cob_id(config_);
-  frame.size = 6;
-  put_number(frame.data, 2, controlword(last_command_));
-  put_number(std::span(frame.data).subspan(2), 4, to_object(target));
+  frame.id = pdos_.target.cob_id;
+  frame.size = static_cast<std::uint8_t>(pdo_bytes(pdos_.target));
+  put_number(frame.data, frame.size, to_object(target));
   return frame;
+}
+
+// The drive is where the command leads, or where it leads nowhere.
+bool Axis::has_followed(DriveCommand command) const {
+  return statusword_known_ && drive() != DriveState::kUnknown && next_state(drive(), command) == drive();
+}
+
+bool Axis::steer(DriveGoal goal, const FrameSink& sink) {
+  const DriveCommand command = command_towards(goal, drive(), last_command_);
+  const bool is_news = !told_ || command != last_command_;
+  const int patience = goal == DriveGoal::kQuickStop ? 1 : kRepeatAfter_periods;
+  ++periods_since_told_;
+  if (!is_news && (has_followed(command) || periods_since_told_ < patience)) return true;
+  CanFrame frame;
+  frame.id = pdos_.controlword.cob_id;
+  frame.size = static_cast<std::uint8_t>(pdo_bytes(pdos_.controlword));
+  put_number(frame.data, frame.size, controlword(command));
+  if (!sink.send(frame)) return false;
+  last_command_ = command;
+  // Before it runs it may not have heard.
+  told_ = phase_ == AxisPhase::kRunning || phase_ == AxisPhase::kFailed;
+  periods_since_told_ = 0;
+  return true;
 }
 
 void Axis::watch_drive(std::int64_t now_ns) {

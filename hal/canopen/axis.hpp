@@ -5,6 +5,7 @@
 
 #include "hal/canopen/arm_config.hpp"
 #include "hal/canopen/arm_fault.hpp"
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/canopen/boot_script.hpp"
 #include "hal/canopen/drive_state.hpp"
 #include "hal/canopen/emergency.hpp"
@@ -37,12 +38,16 @@ class Axis {
   void receive(const CanFrame& frame, std::int64_t now_ns);
   // Boots and watches; sends what that takes.
   void process(std::int64_t now_ns, const FrameSink& sink);
-  // Takes what came since the SYNC of `sync_ns`, and notices where nothing did.
+  // Takes the position that came since the SYNC of `sync_ns`, and notices where none did.
   void sample(std::int64_t now_ns, std::int64_t sync_ns);
 
-  // A frame that moves the drive towards the goal. The velocity (rad/s) counts where the goal is kOn and the
-  // drive is there; it is clamped, and what is no number counts as zero. Once a period.
-  [[nodiscard]] CanFrame command(DriveGoal goal, double velocity_rad_per_s);
+  // The frame that acts with the next SYNC. The velocity (rad/s) counts where the goal is kOn and the drive
+  // is there; it is clamped, and what is no number counts as zero. Once a period.
+  [[nodiscard]] CanFrame target(DriveGoal goal, double velocity_rad_per_s);
+  // Sends the controlword that leads towards the goal, which acts at once: where it is another than before,
+  // and again where the drive does not say that it followed; a quick stop each period until it does. Once a
+  // period; false where the bus did not take it, which is as if it had not been tried.
+  [[nodiscard]] bool steer(DriveGoal goal, const FrameSink& sink);
   // From now on following is watched, from zero.
   void expect_following();
   // What an enabled axis must not do: leave its state, or fail to follow.
@@ -73,7 +78,10 @@ class Axis {
   void begin_step(std::int64_t now_ns);
   [[nodiscard]] bool end_step(std::int64_t now_ns);
   void fail_step(ArmFaultKind kind, std::uint32_t detail, std::int64_t now_ns);
-  void receive_feedback(const CanFrame& frame);
+  void receive_feedback(const CanFrame& frame, std::int64_t now_ns);
+  void take_statusword(std::uint32_t value, std::int64_t now_ns);
+  void ask_for_statusword(std::int64_t now_ns, const FrameSink& sink);
+  [[nodiscard]] bool has_followed(DriveCommand command) const;
   [[nodiscard]] double allowed_velocity(double velocity_rad_per_s) const;
   void follow(double dt_s);
 
@@ -85,6 +93,8 @@ class Axis {
   std::int64_t boot_timeout_ns_ = 0;
   std::int64_t sdo_timeout_ns_ = 0;
   int tolerated_missing_ = 0;
+  std::int64_t statusword_timer_ns_ = 0;
+  AxisPdos pdos_;
   BootScript script_;
 
   AxisPhase phase_ = AxisPhase::kReset;
@@ -101,6 +111,11 @@ class Axis {
 
   // Process data.
   std::uint16_t statusword_ = 0;
+  bool statusword_known_ = false;
+  std::int64_t statusword_ns_ = 0;
+  bool has_statusword_timer_ = true;
+  bool asking_ = false;  // for the statusword
+  std::int64_t asked_ns_ = 0;
   std::int32_t counts_ = 0;
   std::int64_t arrived_ns_ = 0;
   bool arrived_ = false;
@@ -113,7 +128,9 @@ class Axis {
   double velocity_rad_per_s_ = 0;
 
   // What it was told.
-  DriveCommand last_command_ = DriveCommand::kNone;
+  DriveCommand last_command_ = DriveCommand::kNone;  // that the bus took
+  bool told_ = false;                                // while it could hear
+  int periods_since_told_ = 0;
   double commanded_rad_per_s_ = 0;
   double target_rad_ = 0;  // of the position mode
   double slip_rad_ = 0;    // how far it stays behind what it was told

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/canopen/objects.hpp"
 
 namespace vergence::canopen {
@@ -21,7 +22,10 @@ class Writer {
     script.add({BootStepKind::kExpect, {index, sub, 4, value}, mask});
   }
   void write_pdo(const PdoConfig& pdo) {
-    for (const SdoWrite& object : pdo_writes(pdo)) script.add({BootStepKind::kWrite, object});
+    for (const SdoWrite& object : pdo_writes(pdo)) {
+      const auto kind = object.may_be_missing ? BootStepKind::kWriteIfThere : BootStepKind::kWrite;
+      script.add({kind, object});
+    }
   }
 
   BootScript script;
@@ -45,22 +49,8 @@ void write_interpolation_period(std::int64_t period_ns, Writer& writer) {
 
 }  // namespace
 
-PdoConfig command_pdo(const CanopenArmConfig& config, int axis) {
-  PdoConfig pdo;
-  pdo.direction = PdoDirection::kToDrive;
-  pdo.cob_id = rpdo_cob_id(config.axis[static_cast<std::size_t>(axis)]);
-  pdo.entries.add({kControlword, 0, 16});
-  pdo.entries.add({config.mode == CyclicMode::kVelocity ? kTargetVelocity : kTargetPosition, 0, 32});
-  return pdo;
-}
-
-PdoConfig feedback_pdo(const CanopenArmConfig& config, int axis) {
-  PdoConfig pdo;
-  pdo.direction = PdoDirection::kFromDrive;
-  pdo.cob_id = tpdo_cob_id(config.axis[static_cast<std::size_t>(axis)]);
-  pdo.entries.add({kStatusword, 0, 16});
-  pdo.entries.add({kPositionActual, 0, 32});
-  return pdo;
+bool is_statusword_timer(const BootStep& step) {
+  return step.object.index == kTpdoCommunication + 1 && step.object.sub == kPdoTimerSub;
 }
 
 BootScript boot_script(const CanopenArmConfig& config, int axis_number) {
@@ -93,10 +83,10 @@ BootScript boot_script(const CanopenArmConfig& config, int axis_number) {
   writer.expect(kModeDisplay, 0, mode, 0xFF);
   write_interpolation_period(config.sync_period_ns, writer);
 
-  writer.write_pdo(command_pdo(config, axis_number));
-  writer.write_pdo(feedback_pdo(config, axis_number));
+  const AxisPdos pdos = axis_pdos(config, axis_number);
+  for (const PdoConfig* pdo : pdos.all()) writer.write_pdo(*pdo);
   // The others would only take room on the bus.
-  for (std::uint8_t number = 2; number <= kPdos; ++number) {
+  for (std::uint8_t number = 3; number <= kPdos; ++number) {
     for (const PdoDirection direction : {PdoDirection::kToDrive, PdoDirection::kFromDrive}) {
       writer.script.add({BootStepKind::kWriteIfThere, pdo_off(direction, number, axis.node_id)});
     }

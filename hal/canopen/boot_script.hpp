@@ -21,11 +21,10 @@ struct BootStep {
   std::uint32_t mask = 0xFFFFFFFF;
 };
 
-using BootScript = FixedList<BootStep, 48>;
+using BootScript = FixedList<BootStep, 56>;
 
-// What travels each period, 6 bytes each way: controlword and target; statusword and position.
-[[nodiscard]] PdoConfig command_pdo(const CanopenArmConfig& config, int axis);
-[[nodiscard]] PdoConfig feedback_pdo(const CanopenArmConfig& config, int axis);
+// The one that sets the statusword's event timer. A drive without one must be asked for the statusword.
+[[nodiscard]] bool is_statusword_timer(const BootStep& step);
 
 // Of a config that passed check().
 [[nodiscard]] BootScript boot_script(const CanopenArmConfig& config, int axis);

@@ -1,24 +1,31 @@
 #include "hal/canopen/bus_load.hpp"
 
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/clock.hpp"
 
 namespace vergence::canopen {
 namespace {
 
-constexpr std::int64_t kProcessDataBytes = 6;  // control or status word, and velocity or position
+std::int64_t per_s(std::int64_t bits, std::int64_t period_ns) {
+  return bits * kNsPerSecond / period_ns;
+}
+
+std::int64_t bits_per_s(const PdoConfig& pdo, std::int64_t sync_period_ns) {
+  const std::int64_t bits = longest_frame_bits(static_cast<std::int64_t>(pdo_bytes(pdo)));
+  if (pdo.transmission == kEverySync) return per_s(bits, sync_period_ns);
+  return pdo.event_timer_ns > 0 ? per_s(bits, pdo.event_timer_ns) : 0;
+}
 
 }  // namespace
 
 std::int64_t bus_load_permille(const CanopenArmConfig& config, std::int64_t bit_per_s) {
-  const std::int64_t axes = config.axes;
-  const std::int64_t period_bits = longest_frame_bits(0) + 2 * axes * longest_frame_bits(kProcessDataBytes);
-  const std::int64_t heartbeat_bits = (axes + 1) * longest_frame_bits(1);
-  const auto per_s = [](std::int64_t bits, std::int64_t period_ns) {
-    return bits * kNsPerSecond / period_ns;
-  };
-  const std::int64_t bits_per_s =
-      per_s(period_bits, config.sync_period_ns) + per_s(heartbeat_bits, config.heartbeat_ns);
-  return bits_per_s * 1000 / bit_per_s;
+  std::int64_t sum = per_s(longest_frame_bits(0), config.sync_period_ns) +
+                     per_s((config.axes + 1) * longest_frame_bits(1), config.heartbeat_ns);
+  for (int i = 0; i < config.axes; ++i) {
+    const AxisPdos pdos = axis_pdos(config, i);
+    for (const PdoConfig* pdo : pdos.all()) sum += bits_per_s(*pdo, config.sync_period_ns);
+  }
+  return sum * 1000 / bit_per_s;
 }
 
 }  // namespace vergence::canopen

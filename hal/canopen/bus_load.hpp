@@ -7,7 +7,7 @@
 
 namespace vergence::canopen {
 
-// What is left is for SDO transfers, emergencies and frames sent again.
+// What is left is for words of the state machine, SDO transfers, emergencies and frames sent again.
 inline constexpr std::int64_t kMostBusLoad_permille = 800;
 
 // Of a data frame with an 11-bit identifier and `bytes` of data, with the pause after it: 47 bits and the
@@ -16,7 +16,8 @@ inline constexpr std::int64_t kMostBusLoad_permille = 800;
   return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
 }
 
-// SYNC and process data of each period, and the heartbeats of drives and master.
+// In steady motion: SYNC, the PDOs of each period, those with an event timer as often as that says, and the
+// heartbeats of drives and master. Of a config that passed check().
 [[nodiscard]] std::int64_t bus_load_permille(const CanopenArmConfig& config, std::int64_t bit_per_s);
 
 }  // namespace vergence::canopen

@@ -5,7 +5,6 @@
 
 #include "hal/canopen/bytes.hpp"
 #include "hal/canopen/objects.hpp"
-#include "hal/canopen/pdo.hpp"
 
 namespace vergence::canopen {
 namespace {
@@ -36,11 +35,8 @@ void DriveObjects::reset() {
   add(kIdentity, 0, Access::kRead, 1, 1);
   add(kIdentity, 1, Access::kRead, 4, vendor_id_);
   for (std::uint8_t number = 1; number <= kPdos; ++number) {
-    const auto offset = static_cast<std::uint16_t>(number - 1);
-    add_pdo(static_cast<std::uint16_t>(kRpdoCommunication + offset),
-            default_pdo_cob_id(PdoDirection::kToDrive, number, node_id_));
-    add_pdo(static_cast<std::uint16_t>(kTpdoCommunication + offset),
-            default_pdo_cob_id(PdoDirection::kFromDrive, number, node_id_) | kPdoNoRemote);
+    add_pdo(PdoDirection::kToDrive, number);
+    add_pdo(PdoDirection::kFromDrive, number);
   }
   add_text(0x2000, Access::kBoth, "a note, as long as it likes");
   add(kAbortConnectionOption, 0, Access::kBoth, 2, 1);
@@ -76,16 +72,27 @@ void DriveObjects::add_text(std::uint16_t index, Access access, const char* text
   objects_[count_++] = object;
 }
 
-// Communication and mapping; PDO 1 can be mapped, the others can only be switched off.
-void DriveObjects::add_pdo(std::uint16_t communication, std::uint32_t cob_id) {
-  add(communication, 1, Access::kBoth, 4, cob_id);
-  if (communication != kRpdoCommunication && communication != kTpdoCommunication) return;
+// Communication and mapping, at first of controlword or statusword, and in PDO 2 of the mode as well; PDOs
+// beyond can only be switched off.
+void DriveObjects::add_pdo(PdoDirection direction, std::uint8_t number) {
+  const bool to_drive = direction == PdoDirection::kToDrive;
+  const auto communication =
+      static_cast<std::uint16_t>((to_drive ? kRpdoCommunication : kTpdoCommunication) + number - 1);
+  const std::uint32_t cob_id = default_pdo_cob_id(direction, number, node_id_);
+  add(communication, 1, Access::kBoth, 4, to_drive ? cob_id : cob_id | kPdoNoRemote);
+  if (number > kMappablePdos) return;
+  add(communication, 2, Access::kBoth, 1, kOnEvent);
+  if (!to_drive) {
+    add(communication, kPdoInhibitSub, Access::kBoth, 2, 0);
+    add(communication, kPdoTimerSub, Access::kBoth, 2, 0);
+  }
   const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
-  add(communication, 2, Access::kBoth, 1, 255);
-  add(mapping, 0, Access::kBoth, 1, 1);
-  const std::uint16_t first = communication == kRpdoCommunication ? kControlword : kStatusword;
-  add(mapping, 1, Access::kBoth, 4, std::uint32_t{first} << 16 | 16);
-  for (std::uint8_t sub = 2; sub <= kMaxPdoEntries; ++sub) add(mapping, sub, Access::kBoth, 4, 0);
+  const std::uint32_t word = to_drive ? kControlword : kStatusword;
+  const std::uint32_t mode = to_drive ? kModeOfOperation : kModeDisplay;
+  add(mapping, 0, Access::kBoth, 1, number);
+  add(mapping, 1, Access::kBoth, 4, word << 16 | 16);
+  add(mapping, 2, Access::kBoth, 4, number == 2 ? mode << 16 | 8 : 0);
+  for (std::uint8_t sub = 3; sub <= kMaxPdoEntries; ++sub) add(mapping, sub, Access::kBoth, 4, 0);
 }
 
 const DriveObjects::Object* DriveObjects::find(std::uint16_t index, std::uint8_t sub) const {
@@ -137,6 +144,8 @@ std::uint32_t DriveObjects::judge_mapping(std::uint16_t index, std::uint8_t sub,
 
 std::uint32_t DriveObjects::judge(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
   if (is_mapping(index)) return judge_mapping(index, sub, value);
+  const bool is_tpdo = index >= kTpdoCommunication && index < kTpdoCommunication + kPdos;
+  if (is_tpdo && sub == kPdoInhibitSub && (number(index, 1) & kPdoOff) == 0) return kAbortDeviceState;
   if (index == kModeOfOperation && value != kModeHoming && value != kModeCyclicPosition &&
       value != kModeCyclicVelocity) {
     return kAbortValue;

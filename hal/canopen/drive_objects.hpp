@@ -6,15 +6,17 @@
 #include <cstdint>
 #include <span>
 
+#include "hal/canopen/pdo.hpp"
 #include "hal/canopen/sdo_abort.hpp"
 
 namespace vergence::canopen {
 
 class DriveObjects {
  public:
-  static constexpr std::size_t kMaxObjects = 80;
+  static constexpr std::size_t kMaxObjects = 96;
   static constexpr std::size_t kMaxBytes = 40;  // of one object
   static constexpr std::size_t kMaxRefusals = 8;
+  static constexpr std::uint8_t kMappablePdos = 2;  // each way, from number 1
 
   // With the standard's values for this node.
   void init(std::uint8_t node_id, std::uint32_t vendor_id);
@@ -57,7 +59,7 @@ class DriveObjects {
 
   void add(std::uint16_t index, std::uint8_t sub, Access access, std::uint8_t size, std::uint32_t value);
   void add_text(std::uint16_t index, Access access, const char* text);
-  void add_pdo(std::uint16_t communication, std::uint32_t cob_id);
+  void add_pdo(PdoDirection direction, std::uint8_t number);
   [[nodiscard]] const Object* find(std::uint16_t index, std::uint8_t sub) const;
   [[nodiscard]] std::uint32_t missing(std::uint16_t index) const;
   [[nodiscard]] std::uint32_t refusal(std::uint16_t index, std::uint8_t sub) const;

@@ -5,6 +5,14 @@
 namespace vergence::canopen {
 namespace {
 
+constexpr std::int64_t kNsPerInhibitStep = 100'000;
+constexpr std::int64_t kNsPerTimerStep = 1'000'000;
+
+// 16 bits of such steps.
+bool is_in_steps(std::int64_t ns, std::int64_t step_ns) {
+  return ns >= 0 && ns <= 0xFFFF * step_ns && ns % step_ns == 0;
+}
+
 std::uint16_t communication_index(PdoDirection direction, std::uint8_t number) {
   return static_cast<std::uint16_t>((direction == PdoDirection::kToDrive ? 0x1400 : 0x1800) + number - 1);
 }
@@ -16,16 +24,23 @@ std::uint32_t default_pdo_cob_id(PdoDirection direction, std::uint8_t number, st
   return first + 0x100U * (number - 1U) + node_id;
 }
 
+std::size_t pdo_bytes(const PdoConfig& config) {
+  std::size_t bits = 0;
+  for (const PdoEntry& entry : config.entries) bits += entry.bits;
+  return bits / 8;
+}
+
 PdoWrites pdo_writes(const PdoConfig& config) {
   PdoWrites writes;
-  unsigned bits = 0;
   bool whole_bytes = true;
   for (const PdoEntry& entry : config.entries) {
-    bits += entry.bits;
     whole_bytes = whole_bytes && entry.bits > 0 && entry.bits % 8 == 0;
   }
+  const std::size_t bytes = pdo_bytes(config);
   const bool number_known = config.number >= 1 && config.number <= kPdos;
-  if (!number_known || bits == 0 || bits > 64 || !whole_bytes || config.cob_id < 0x181 ||
+  const bool times_fit = is_in_steps(config.inhibit_ns, kNsPerInhibitStep) &&
+                         is_in_steps(config.event_timer_ns, kNsPerTimerStep);
+  if (!number_known || bytes == 0 || bytes > 8 || !whole_bytes || !times_fit || config.cob_id < 0x181 ||
       config.cob_id > 0x57F) {
     return writes;
   }
@@ -35,6 +50,14 @@ PdoWrites pdo_writes(const PdoConfig& config) {
       config.direction == PdoDirection::kFromDrive ? config.cob_id | kPdoNoRemote : config.cob_id;
   writes.add({communication, 1, 4, on | kPdoOff});
   writes.add({communication, 2, 1, config.transmission});
+  if (config.inhibit_ns > 0) {
+    const auto steps = static_cast<std::uint32_t>(config.inhibit_ns / kNsPerInhibitStep);
+    writes.add({communication, kPdoInhibitSub, 2, steps, true});
+  }
+  if (config.event_timer_ns > 0) {
+    const auto steps = static_cast<std::uint32_t>(config.event_timer_ns / kNsPerTimerStep);
+    writes.add({communication, kPdoTimerSub, 2, steps, true});
+  }
   writes.add({mapping, 0, 1, 0});
   std::uint8_t sub = 0;
   for (const PdoEntry& entry : config.entries) {

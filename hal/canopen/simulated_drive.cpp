@@ -17,6 +17,15 @@ double to_signed(std::uint32_t value) {
   return static_cast<std::int32_t>(value);
 }
 
+// Of PDO number 1, object `first`; pdo counts from 0.
+std::uint16_t of_pdo(std::uint16_t first, std::size_t pdo) {
+  return static_cast<std::uint16_t>(first + pdo);
+}
+
+bool is_on_event(std::uint32_t transmission) {
+  return transmission >= 254;
+}
+
 // Counts go round, as they do in a drive.
 std::uint32_t to_counts(double value) {
   return static_cast<std::uint32_t>(std::llround(value));
@@ -50,8 +59,8 @@ void SimulatedDrive::reset_communication() {
   heartbeat_.init(options_.node_id, 0);
   nmt_ = NmtState::kPreOperational;
   answer_due_ = false;
-  feedback_due_ = false;
-  command_here_ = false;
+  feedbacks_ = {};
+  commands_ = {};
   emergencies_.clear();
   master_seen_ = false;
   sync_seen_ = false;
@@ -60,7 +69,10 @@ void SimulatedDrive::reset_communication() {
 
 void SimulatedDrive::obey_nmt(NmtCommand command) {
   switch (command) {
-    case NmtCommand::kStart: nmt_ = NmtState::kOperational; break;
+    case NmtCommand::kStart:
+      nmt_ = NmtState::kOperational;
+      feedbacks_ = {};
+      break;
     case NmtCommand::kEnterPreOperational: nmt_ = NmtState::kPreOperational; break;
     case NmtCommand::kStop:
       nmt_ = NmtState::kStopped;
@@ -165,41 +177,46 @@ std::size_t SimulatedDrive::mapped_bytes(std::uint16_t mapping) const {
   return bits / 8;
 }
 
-void SimulatedDrive::take_pdo(const CanFrame& frame) {
-  if (nmt_ != NmtState::kOperational || objects_.number(kRpdoCommunication, 1) != frame.id) return;
-  if (frame.size < mapped_bytes(kRpdoMapping)) return queue_emergency(0x8210);
-  command_ = frame;
-  command_here_ = true;
-  if (objects_.number(kRpdoCommunication, 2) >= 254) apply_pdo();
+void SimulatedDrive::take_pdos(const CanFrame& frame) {
+  if (nmt_ != NmtState::kOperational) return;
+  for (std::size_t pdo = 0; pdo < commands_.size(); ++pdo) {
+    const std::uint16_t communication = of_pdo(kRpdoCommunication, pdo);
+    if (objects_.number(communication, 1) != frame.id) continue;
+    if (frame.size < mapped_bytes(of_pdo(kRpdoMapping, pdo))) return queue_emergency(0x8210);
+    commands_[pdo] = {frame, true};
+    if (is_on_event(objects_.number(communication, 2))) apply_pdo(pdo);
+  }
 }
 
-void SimulatedDrive::apply_pdo() {
-  if (!command_here_) return;
-  command_here_ = false;
+void SimulatedDrive::apply_pdo(std::size_t pdo) {
+  Command& command = commands_[pdo];
+  if (!command.is_here) return;
+  command.is_here = false;
+  const std::uint16_t mapping = of_pdo(kRpdoMapping, pdo);
   std::size_t at = 0;
-  const std::uint32_t entries = objects_.number(kRpdoMapping, 0);
+  const std::uint32_t entries = objects_.number(mapping, 0);
   for (std::uint32_t i = 1; i <= entries; ++i) {
-    const std::uint32_t entry = objects_.number(kRpdoMapping, static_cast<std::uint8_t>(i));
+    const std::uint32_t entry = objects_.number(mapping, static_cast<std::uint8_t>(i));
     const std::size_t bytes = (entry & 0xFF) / 8;
-    if (at + bytes > command_.payload().size()) return;
+    if (at + bytes > command.frame.payload().size()) return;
     const auto index = static_cast<std::uint16_t>(entry >> 16);
     objects_.set(index, static_cast<std::uint8_t>(entry >> 8),
-                 get_number(command_.payload().subspan(at), bytes));
+                 get_number(command.frame.payload().subspan(at), bytes));
     at += bytes;
     on_written(index);
   }
 }
 
-bool SimulatedDrive::pdo_frame(CanFrame& frame) {
-  const std::uint32_t cob_id = objects_.number(kTpdoCommunication, 1);
-  if (!pdo_on_ || (cob_id & kPdoOff) != 0 || objects_.number(kTpdoCommunication, 2) != kEverySync)
-    return false;
+bool SimulatedDrive::pdo_frame(std::size_t pdo, CanFrame& frame) {
+  const std::uint32_t cob_id = objects_.number(of_pdo(kTpdoCommunication, pdo), 1);
+  if (!pdo_on_ || (cob_id & kPdoOff) != 0) return false;
   refresh();
   frame = {};
   frame.id = cob_id & 0x7FF;
-  const std::uint32_t entries = objects_.number(kTpdoMapping, 0);
+  const std::uint16_t mapping = of_pdo(kTpdoMapping, pdo);
+  const std::uint32_t entries = objects_.number(mapping, 0);
   for (std::uint32_t i = 1; i <= entries; ++i) {
-    const std::uint32_t entry = objects_.number(kTpdoMapping, static_cast<std::uint8_t>(i));
+    const std::uint32_t entry = objects_.number(mapping, static_cast<std::uint8_t>(i));
     const std::size_t bytes = (entry & 0xFF) / 8;
     if (frame.size + bytes > frame.data.size()) return false;
     const std::uint32_t value =
@@ -214,8 +231,41 @@ void SimulatedDrive::on_sync(std::int64_t now_ns) {
   if (nmt_ != NmtState::kOperational) return;
   sync_seen_ = true;
   sync_ns_ = now_ns;
-  apply_pdo();
-  feedback_due_ = pdo_frame(feedback_);
+  for (std::size_t pdo = 0; pdo < commands_.size(); ++pdo) apply_pdo(pdo);
+  for (std::size_t pdo = 0; pdo < feedbacks_.size(); ++pdo) {
+    if (objects_.number(of_pdo(kTpdoCommunication, pdo), 2) != kEverySync) continue;
+    feedbacks_[pdo].is_due = pdo_frame(pdo, feedbacks_[pdo].frame);
+  }
+}
+
+// Sent once the node is started, as what it holds changes, and when the event timer says so; never before the
+// inhibit time is over.
+void SimulatedDrive::note_event(std::size_t pdo, std::int64_t now_ns) {
+  const std::uint16_t communication = of_pdo(kTpdoCommunication, pdo);
+  CanFrame frame;
+  if (!is_on_event(objects_.number(communication, 2)) || !pdo_frame(pdo, frame)) return;
+  Feedback& feedback = feedbacks_[pdo];
+  const std::int64_t since_ns = now_ns - feedback.sent_ns;
+  const std::int64_t inhibit_ns =
+      std::int64_t{objects_.number(communication, kPdoInhibitSub)} * kNsPerMs / 10;
+  const std::int64_t timer_ns = std::int64_t{objects_.number(communication, kPdoTimerSub)} * kNsPerMs;
+  if (feedback.was_sent) {
+    const bool has_changed = feedback.frame.size != frame.size || feedback.frame.data != frame.data;
+    if (since_ns < inhibit_ns || (!has_changed && (timer_ns == 0 || since_ns < timer_ns))) return;
+  }
+  feedback.frame = frame;
+  feedback.is_due = true;
+}
+
+void SimulatedDrive::send_pdos(std::int64_t now_ns, const FrameSink& sink) {
+  for (std::size_t pdo = 0; pdo < feedbacks_.size(); ++pdo) {
+    if (nmt_ == NmtState::kOperational) note_event(pdo, now_ns);
+    Feedback& feedback = feedbacks_[pdo];
+    if (!feedback.is_due || !sink.send(feedback.frame)) continue;
+    feedback.is_due = false;
+    feedback.was_sent = true;
+    feedback.sent_ns = now_ns;
+  }
 }
 
 void SimulatedDrive::receive(const CanFrame& frame, std::int64_t now_ns) {
@@ -234,7 +284,7 @@ void SimulatedDrive::receive(const CanFrame& frame, std::int64_t now_ns) {
     master_ns_ = now_ns;
     return;
   }
-  take_pdo(frame);
+  take_pdos(frame);
   if (nmt_ == NmtState::kStopped) return;
   refresh();
   std::uint16_t written = 0;
@@ -256,7 +306,7 @@ void SimulatedDrive::process(std::int64_t now_ns, const FrameSink& sink) {
     if (!sink.send(emergency_frame(options_.node_id, emergencies_[0]))) return;
     emergencies_.drop_first();
   }
-  if (feedback_due_ && sink.send(feedback_)) feedback_due_ = false;
+  send_pdos(now_ns, sink);
   if (answer_due_ && sink.send(answer_)) answer_due_ = false;
   if (heartbeat_on_) heartbeat_.process(now_ns, nmt_, sink);
 }

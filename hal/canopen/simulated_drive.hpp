@@ -2,6 +2,7 @@
 // for a simulated arm. Its motor follows as a first-order lag. Faults can be put into it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -63,17 +64,32 @@ class SimulatedDrive {
   [[nodiscard]] const DriveObjects& objects() const { return objects_; }
 
  private:
+  // Process data to the drive, as received.
+  struct Command {
+    CanFrame frame;
+    bool is_here = false;  // for the next SYNC
+  };
+  // Process data from the drive.
+  struct Feedback {
+    CanFrame frame;
+    bool is_due = false;
+    bool was_sent = false;  // since the node was started; then it is `frame`
+    std::int64_t sent_ns = 0;
+  };
+
   void reset_communication();
   void obey_nmt(NmtCommand command);
   void on_sync(std::int64_t now_ns);
   void on_written(std::uint16_t index);
-  void take_pdo(const CanFrame& frame);
-  void apply_pdo();
+  void take_pdos(const CanFrame& frame);
+  void apply_pdo(std::size_t pdo);
   void obey(std::uint16_t controlword);
   void lose_connection(std::uint16_t code);
   void queue_emergency(std::uint16_t code);
   void refresh();
-  [[nodiscard]] bool pdo_frame(CanFrame& frame);
+  [[nodiscard]] bool pdo_frame(std::size_t pdo, CanFrame& frame);
+  void note_event(std::size_t pdo, std::int64_t now_ns);
+  void send_pdos(std::int64_t now_ns, const FrameSink& sink);
   [[nodiscard]] std::size_t mapped_bytes(std::uint16_t mapping) const;
   void move(std::int64_t now_ns);
   void follow(double dt_s);
@@ -96,10 +112,8 @@ class SimulatedDrive {
 
   CanFrame answer_;
   bool answer_due_ = false;
-  CanFrame feedback_;
-  bool feedback_due_ = false;
-  CanFrame command_;  // received, for the next SYNC
-  bool command_here_ = false;
+  std::array<Feedback, DriveObjects::kMappablePdos> feedbacks_{};
+  std::array<Command, DriveObjects::kMappablePdos> commands_{};
   FixedList<Emergency, 8> emergencies_;
 
   bool master_seen_ = false;

@@ -16,9 +16,9 @@ struct CommandResult {
   std::string output;  // stdout and stderr
 };
 
-// Arguments and environment as a shell reads them.
-inline CommandResult run_vergence(const std::string& arguments, const std::string& environment = "") {
-  const std::string command = environment + " " + VERGENCE_EXECUTABLE + " " + arguments + " 2>&1";
+// A line of the shell.
+inline CommandResult run_command(const std::string& line) {
+  const std::string command = line + " 2>&1";
   CommandResult result;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return result;
@@ -29,6 +29,11 @@ inline CommandResult run_vergence(const std::string& arguments, const std::strin
   const int status = pclose(pipe);
   if (WIFEXITED(status)) result.status = WEXITSTATUS(status);
   return result;
+}
+
+// Arguments and environment as a shell reads them.
+inline CommandResult run_vergence(const std::string& arguments, const std::string& environment = "") {
+  return run_command(environment + " " + VERGENCE_EXECUTABLE + " " + arguments);
 }
 
 // Exit status 2, and a message that holds every one of `words`.

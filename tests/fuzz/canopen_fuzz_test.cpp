@@ -19,12 +19,16 @@ using testing::Random;
 
 // Any bits, but often an identifier that somebody listens to, and a length of more than there is room for.
 CanFrame random_frame(Random& random) {
-  static constexpr std::uint32_t kFunctions[] = {0x000, 0x080, 0x180, 0x200, 0x280, 0x580, 0x600, 0x700};
+  static constexpr std::uint32_t kFunctions[] = {0x000, 0x080, 0x180, 0x200, 0x280,
+                                                 0x300, 0x580, 0x600, 0x700};
   CanFrame frame;
-  frame.id = kFunctions[random.below(8)] + static_cast<std::uint32_t>(random.below(10) + 9);
+  frame.id = kFunctions[random.below(9)] + static_cast<std::uint32_t>(random.below(10) + 9);
   if (random.below(8) == 0) frame.id = static_cast<std::uint32_t>(random.bits());
   if (random.below(20) == 0) frame.id = random.below(2) == 0 ? 0x000 : 0x080;
   frame.size = static_cast<std::uint8_t>(random.below(4) == 0 ? random.below(256) : 8);
+  const bool is_pdo = frame.id >= 0x180 && frame.id < 0x380;
+  // As they are mapped: PDO 1 is four bytes, PDO 2 is two.
+  if (is_pdo && random.below(2) == 0) frame.size = frame.id < 0x280 ? 4 : 2;
   const std::uint64_t bits = random.bits();
   std::memcpy(frame.data.data(), &bits, sizeof bits);
   if (random.below(2) == 0)
@@ -86,6 +90,7 @@ TEST(CanopenFuzz, SdoServer) {
   for (int i = 0; i < 200'000; ++i) {
     CanFrame request = random_frame(random);
     request.id = 0x60B;
+    if (random.below(4) != 0) request.size = 8;
     if (random.below(2) == 0) {
       // Objects that are there, often the one of variable length.
       static constexpr std::uint16_t kIndices[] = {0x1000, 0x1008, 0x1400, 0x1600, 0x1A00, 0x2000, 0x6060};
@@ -144,7 +149,9 @@ TEST(CanopenFuzz, ArmWithNoise) {
         CanFrame noise = random_frame(random);
         // Commands to the drives are the master's alone: whoever imitates those can do anything.
         const std::uint32_t function = noise.id & 0x780;
-        if (function != 0x000 && function != 0x200 && function != 0x600) (void)robot->free_port().send(noise);
+        const bool commands =
+            function == 0x000 || function == 0x200 || function == 0x300 || function == 0x600;
+        if (!commands) (void)robot->free_port().send(noise);
       }
       robot->request = random.below(3) == 0 ? ArmRequest::kDisable : ArmRequest::kEnable;
       if (period % 10 != 0) robot->request = ArmRequest::kEnable;

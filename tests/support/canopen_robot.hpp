@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "hal/canopen/arm_master.hpp"
 #include "hal/canopen/memory_bus.hpp"
@@ -49,11 +50,16 @@ class CanopenRobot {
   void period() {
     t_ns += config.sync_period_ns;
     if (master_runs) arm.process(t_ns);
-    step_drives();
+    step_drives(t_ns);
     if (!master_runs) return;
     fed_back = arm.read(feedback);
     arm.request(request);
     if (commands) arm.command(velocity_rad_per_s);
+  }
+  // The drives alone, so long after the SYNC: what happens there between two SYNCs.
+  void run_drives(std::int64_t after_ns) {
+    bus->advance(t_ns + after_ns);
+    step_drives(t_ns + after_ns);
   }
   void run(int periods) {
     for (int i = 0; i < periods; ++i) period();
@@ -88,6 +94,12 @@ class CanopenRobot {
   [[nodiscard]] const canopen::ArmFaultRecord& fault() const { return arm.master().fault(); }
   [[nodiscard]] canopen::MemoryBus::Port& master_port() { return bus->port(kDrives); }
   [[nodiscard]] canopen::MemoryBus::Port& free_port() { return bus->port(kDrives + 1); }
+  // What was on the bus since the last call; its queue holds that of three periods.
+  std::vector<canopen::CanFrame> heard() {
+    std::vector<canopen::CanFrame> frames;
+    for (canopen::CanFrame frame; free_port().receive(frame);) frames.push_back(frame);
+    return frames;
+  }
 
   CanopenArmConfig config;
   std::unique_ptr<canopen::MemoryBus> bus;
@@ -103,11 +115,11 @@ class CanopenRobot {
   std::array<double, kMaxJoints> velocity_rad_per_s{};
 
  private:
-  void step_drives() {
+  void step_drives(std::int64_t now_ns) {
     for (std::size_t i = 0; i < kDrives; ++i) {
       canopen::MemoryBus::Port& port = bus->port(i);
-      for (canopen::CanFrame frame; port.receive(frame);) drives[i].receive(frame, t_ns);
-      drives[i].process(t_ns, canopen::FrameSink(port));
+      for (canopen::CanFrame frame; port.receive(frame);) drives[i].receive(frame, now_ns);
+      drives[i].process(now_ns, canopen::FrameSink(port));
     }
   }
 };

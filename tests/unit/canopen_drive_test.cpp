@@ -152,6 +152,71 @@ TEST_F(SimulatedDriveTest, SendsAndTakesProcessDataWithSync) {
   EXPECT_EQ(emergencies[0].data[1], 0x82);
 }
 
+// PDO 2 as CiA 402 has it by default: words of the state machine and the mode, on events.
+TEST_F(SimulatedDriveTest, TakesAnEventDrivenPdoAtOnce) {
+  say(0x305, {0x06, 0x00, 0x09});
+  EXPECT_EQ(drive.state(), DriveState::kSwitchOnDisabled);  // not operational
+  say(0x000, {0x01, 0x05});
+  say(0x305, {0x06, 0x00, 0x09});
+  EXPECT_EQ(drive.state(), DriveState::kReadyToSwitchOn);
+  EXPECT_EQ(drive.objects().number(kModeDisplay, 0), 9U);
+}
+
+TEST_F(SimulatedDriveTest, SendsAnEventDrivenPdoAsItChanges) {
+  say(0x605, {0x2F, 0x00, 0x18, 2, 1, 0, 0, 0});  // PDO 1 with SYNC, of which there is none
+  step();
+  EXPECT_TRUE(heard(0x285).empty());
+  say(0x000, {0x01, 0x05});
+  step();
+  std::vector<CanFrame> frames = heard(0x285);
+  ASSERT_EQ(frames.size(), 1U);  // the first, so that everybody knows
+  EXPECT_EQ(frames[0].size, 3);
+  EXPECT_EQ(frames[0].data[0], 0x50);
+  for (int i = 0; i < 1000; ++i) step();
+  EXPECT_TRUE(heard(0x285).empty());
+  say(0x305, {0x06, 0x00, 0x00});
+  step();
+  frames = heard(0x285);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].data[0], 0x31);
+  // What could not be sent is sent later, with what is true by then.
+  bus.is_full = true;
+  say(0x305, {0x07, 0x00, 0x00});
+  step();
+  say(0x305, {0x0F, 0x00, 0x00});
+  step();
+  bus.is_full = false;
+  step();
+  frames = heard(0x285);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].data[0], 0x37);
+}
+
+TEST_F(SimulatedDriveTest, AnEventTimerRepeatsAndAnInhibitTimeHoldsBack) {
+  say(0x605, {0x2B, 0x01, 0x18, 3, 50, 0, 0, 0});
+  step();
+  EXPECT_EQ(heard(0x585).at(0).data[0], 0x80);  // not while it is on
+  say(0x605, {0x23, 0x01, 0x18, 1, 0x85, 0x02, 0, 0xC0});
+  step();
+  say(0x605, {0x2B, 0x01, 0x18, 3, 50, 0, 0, 0});  // 5 ms
+  step();
+  say(0x605, {0x2B, 0x01, 0x18, 5, 20, 0, 0, 0});  // 20 ms
+  step();
+  say(0x000, {0x01, 0x05});
+  step();
+  EXPECT_TRUE(heard(0x285).empty());  // off
+  say(0x605, {0x23, 0x01, 0x18, 1, 0x85, 0x02, 0, 0x40});
+  step();
+  EXPECT_EQ(heard(0x285).size(), 1U);
+  for (int i = 0; i < 200; ++i) step();
+  EXPECT_EQ(heard(0x285).size(), 10U);
+  for (int i = 0; i < 100; ++i) {
+    drive.show_statusword(static_cast<std::uint16_t>(0x0650 ^ (i % 2) << 10));
+    step();
+  }
+  EXPECT_EQ(heard(0x285).size(), 20U);
+}
+
 TEST_F(SimulatedDriveTest, MissesItsMasterAndSync) {
   enable();
   write(0x6007, 2, 3);

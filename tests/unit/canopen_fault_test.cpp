@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "hal/canopen/bytes.hpp"
 #include "hal/canopen/objects.hpp"
 #include "tests/support/can_recorder.hpp"
 #include "tests/support/canopen_robot.hpp"
@@ -45,10 +46,31 @@ class CanopenFaultTest : public ::testing::TestWithParam<CyclicMode> {
       EXPECT_EQ(robot->arm.master().axis(axis).fault().t_ns, robot->fault().t_ns);
     }
   }
+  // By the bus, each of the seven was told to brake, with no velocity to follow.
+  void expect_quick_stop_sent() {
+    std::array<int, 7> quick_stops{};
+    std::array<std::uint32_t, 7> targets{};
+    for (const CanFrame& frame : robot->heard()) {
+      const std::size_t node = (frame.id & 0x7F) - 11U;
+      if (frame.id >= 0x30B && frame.id <= 0x311) {
+        EXPECT_EQ(get_number(frame.payload(), 2), 0x0002U) << node;
+        ++quick_stops[node];
+      }
+      if (frame.id >= 0x20B && frame.id <= 0x211) targets[node] = get_number(frame.payload(), 4);
+    }
+    for (std::size_t i = 0; i < 7; ++i) {
+      EXPECT_GE(quick_stops[i], 1) << i;
+      if (GetParam() == CyclicMode::kVelocity) {
+        EXPECT_EQ(targets[i], 0U) << i;
+      }
+    }
+  }
   // Of a fault that is to be noticed at once.
   void expect_stop(ArmFaultKind kind, int axis, const std::string& words) {
     const std::int64_t injected_ns = robot->t_ns;
+    (void)robot->heard();
     robot->run(2);
+    expect_quick_stop_sent();
     expect_all_stopped();
     expect_record(kind, axis, words);
     EXPECT_GT(robot->fault().t_ns, injected_ns);
@@ -58,7 +80,11 @@ class CanopenFaultTest : public ::testing::TestWithParam<CyclicMode> {
   void expect_stop_once_noticed(ArmFaultKind kind, int axis, const std::string& words, int most_periods) {
     const std::int64_t injected_ns = robot->t_ns;
     int periods = 0;
-    while (robot->fault().kind == ArmFaultKind::kNone && periods++ < most_periods) robot->period();
+    while (robot->fault().kind == ArmFaultKind::kNone && periods++ < most_periods) {
+      (void)robot->heard();
+      robot->period();
+    }
+    expect_quick_stop_sent();  // in the period in which it was noticed
     EXPECT_LE(robot->fault().t_ns, injected_ns + most_periods * robot->config.sync_period_ns);
     robot->run(1);
     expect_all_stopped();
@@ -95,6 +121,17 @@ TEST_P(CanopenFaultTest, PdoMissing) {
   expect_stop(ArmFaultKind::kPdoMissing, kSick, "axis 3: sent no process data: 1");
   EXPECT_EQ(sick().state(), DriveState::kQuickStopActive);
   sick().set_pdo(true);
+  expect_recovery();
+}
+
+TEST_P(CanopenFaultTest, StatuswordMissing) {
+  ASSERT_TRUE(robot->move(0.2));
+  ASSERT_TRUE(robot->bus->drop({0x28D}));
+  // 2.5 event timers of 100 ms after the last one, which is up to one timer old.
+  expect_stop_once_noticed(ArmFaultKind::kStatusMissing, kSick, "axis 3: sent no statusword, for ms: 252",
+                           126);
+  EXPECT_EQ(sick().state(), DriveState::kQuickStopActive);
+  robot->bus->clear_faults();
   expect_recovery();
 }
 
@@ -138,7 +175,11 @@ TEST_P(CanopenFaultTest, Jammed) {
   sick().jam(true);
   // 0.1 rad behind at 0.5 rad/s: after some 0.2 s, less what the lag has used up already.
   int periods = 0;
-  while (robot->fault().kind == ArmFaultKind::kNone && periods++ < 130) robot->period();
+  while (robot->fault().kind == ArmFaultKind::kNone && periods++ < 130) {
+    (void)robot->heard();
+    robot->period();
+  }
+  expect_quick_stop_sent();
   robot->run(1);
   expect_all_stopped();
   const std::string behind = std::to_string(robot->fault().detail);
@@ -247,7 +288,10 @@ TEST_P(CanopenFaultTest, CommandsThatWereRefusedAreSentAgain) {
 TEST_P(CanopenFaultTest, ControllerSendsNoCommands) {
   ASSERT_TRUE(robot->move());
   robot->commands = false;
-  robot->run(robot->config.most_missed_commands + 2);
+  robot->run(robot->config.most_missed_commands);
+  (void)robot->heard();
+  robot->run(2);
+  expect_quick_stop_sent();
   EXPECT_EQ(robot->count(DriveState::kQuickStopActive), 7U);
   expect_record(ArmFaultKind::kNoCommand, -1, "the controller sent no command: 3");
   robot->commands = true;

@@ -179,6 +179,16 @@ TEST(PdoTest, IsSetUpInTheOrderOfTheStandard) {
     EXPECT_EQ(writes[i].size, expected[i].size) << i;
     EXPECT_EQ(writes[i].value, expected[i].value) << i;
   }
+  pdo.inhibit_ns = 2'000'000;
+  pdo.event_timer_ns = 100'000'000;
+  const PdoWrites timed = pdo_writes(pdo);
+  ASSERT_EQ(timed.size(), writes.size() + 2);
+  EXPECT_EQ(timed[2].sub, 3);  // while it is off
+  EXPECT_EQ(timed[2].size, 2);
+  EXPECT_EQ(timed[2].value, 20U);
+  EXPECT_TRUE(timed[2].may_be_missing);
+  EXPECT_EQ(timed[3].sub, 5);
+  EXPECT_EQ(timed[3].value, 100U);
   const SdoWrite off = pdo_off(PdoDirection::kToDrive, 3, 5);
   EXPECT_EQ(off.index, 0x1402);
   EXPECT_EQ(off.value, 0x80000405U);
@@ -197,6 +207,13 @@ TEST(PdoTest, WhatDoesNotFitIsRefused) {
   pdo.cob_id = 0x605;
   EXPECT_TRUE(pdo_writes(pdo).empty());
   pdo.cob_id = 0x205;
+  pdo.event_timer_ns = 70'000'000'000;
+  EXPECT_TRUE(pdo_writes(pdo).empty());
+  pdo.event_timer_ns = 0;
+  pdo.inhibit_ns = 50'000;
+  EXPECT_TRUE(pdo_writes(pdo).empty());
+  pdo.inhibit_ns = 0;
+  EXPECT_FALSE(pdo_writes(pdo).empty());
   pdo.entries.add({0x6040, 0, 16});
   EXPECT_TRUE(pdo_writes(pdo).empty());
 }
@@ -223,12 +240,18 @@ TEST(ArmConfigTest, EveryMistakeIsFound) {
       {[](CanopenArmConfig& c) { c.axis[4].max_velocity_rad_per_s = 0; }, ConfigFinding::kLimit, 4},
       {[](CanopenArmConfig& c) { c.axis[4].quick_stop_rad_per_s2 = 1e9; }, ConfigFinding::kLimit, 4},
       {[](CanopenArmConfig& c) { c.axis[4].following_error_rad = -1; }, ConfigFinding::kLimit, 4},
-      {[](CanopenArmConfig& c) { c.axis[5].tpdo_cob_id = 0x580; }, ConfigFinding::kCobId, 5},
-      {[](CanopenArmConfig& c) { c.axis[5].tpdo_cob_id = 0x18B; }, ConfigFinding::kCobIdTwice, 5},
-      {[](CanopenArmConfig& c) { c.axis[5].rpdo_cob_id = 0x190; }, ConfigFinding::kCobIdTwice, 5},
+      {[](CanopenArmConfig& c) { c.axis[5].tpdo1_cob_id = 0x580; }, ConfigFinding::kCobId, 5},
+      {[](CanopenArmConfig& c) { c.axis[5].rpdo2_cob_id = 0x180; }, ConfigFinding::kCobId, 5},
+      {[](CanopenArmConfig& c) { c.axis[5].tpdo1_cob_id = 0x18B; }, ConfigFinding::kCobIdTwice, 5},
+      {[](CanopenArmConfig& c) { c.axis[5].rpdo1_cob_id = 0x190; }, ConfigFinding::kCobIdTwice, 5},
+      {[](CanopenArmConfig& c) { c.axis[5].tpdo2_cob_id = 0x28C; }, ConfigFinding::kCobIdTwice, 5},
+      {[](CanopenArmConfig& c) { c.axis[5].rpdo2_cob_id = 0x290; }, ConfigFinding::kCobIdTwice, 5},
+      {[](CanopenArmConfig& c) { c.axis[2].tpdo2_cob_id = 0x30E; }, ConfigFinding::kCobIdTwice, 3},
       {[](CanopenArmConfig& c) { c.sync_period_ns = 2'050'000; }, ConfigFinding::kPeriod, -1},
       {[](CanopenArmConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; }, ConfigFinding::kHeartbeat, -1},
       {[](CanopenArmConfig& c) { c.heartbeat_ns = 0; }, ConfigFinding::kHeartbeat, -1},
+      {[](CanopenArmConfig& c) { c.statusword_timer_ns = 3'000'000; }, ConfigFinding::kStatuswordTimer, -1},
+      {[](CanopenArmConfig& c) { c.statusword_timer_ns += 1; }, ConfigFinding::kStatuswordTimer, -1},
       {[](CanopenArmConfig& c) { c.boot_timeout_ns = 0; }, ConfigFinding::kTimeout, -1},
       {[](CanopenArmConfig& c) { c.tolerated_missing_pdos = 2; }, ConfigFinding::kTolerance, -1},
       {[](CanopenArmConfig& c) { c.must_be_homed = !(c.read_homing = false); }, ConfigFinding::kTolerance,
@@ -249,8 +272,9 @@ TEST(ArmConfigTest, FiltersLetThroughWhatTheMasterReads) {
   const std::size_t count = receive_filters(config_of_drives(), filters);
   std::set<std::uint32_t> ids;
   for (std::size_t i = 0; i < count; ++i) ids.insert(filters[i].id);
-  EXPECT_EQ(ids.size(), 28U);
-  for (const std::uint32_t id : {0x18BU, 0x58BU, 0x08BU, 0x70BU, 0x191U, 0x591U, 0x091U, 0x711U}) {
+  EXPECT_EQ(ids.size(), 35U);
+  for (const std::uint32_t id :
+       {0x18BU, 0x28BU, 0x58BU, 0x08BU, 0x70BU, 0x191U, 0x291U, 0x591U, 0x091U, 0x711U}) {
     EXPECT_EQ(ids.count(id), 1U) << std::hex << id;
   }
 }
@@ -259,7 +283,7 @@ TEST(BootScriptTest, FitsAndScales) {
   CanopenArmConfig config = config_of_drives();
   config.axis[1].vendor_id = 7;
   const BootScript script = boot_script(config, 1);
-  EXPECT_LT(script.size(), 48U);
+  EXPECT_LT(script.size(), 56U);  // its capacity
   const auto value_of = [&](std::uint16_t index, std::uint8_t sub) {
     std::uint32_t value = 0;
     for (const BootStep& step : script) {
@@ -275,9 +299,15 @@ TEST(BootScriptTest, FitsAndScales) {
   EXPECT_EQ(value_of(0x6060, 0), 9U);
   EXPECT_EQ(value_of(0x60C2, 1), 2U);
   EXPECT_EQ(value_of(0x60C2, 2), 0xFDU);
-  EXPECT_EQ(value_of(0x1600, 2), 0x60FF0020U);
-  EXPECT_EQ(value_of(0x1A00, 2), 0x60640020U);
+  EXPECT_EQ(value_of(0x1600, 1), 0x60FF0020U);
+  EXPECT_EQ(value_of(0x1601, 1), 0x60400010U);
+  EXPECT_EQ(value_of(0x1A00, 1), 0x60640020U);
+  EXPECT_EQ(value_of(0x1A01, 1), 0x60410010U);
+  EXPECT_EQ(value_of(0x1801, 5), 100U);
   EXPECT_EQ(value_of(0x1400, 1), 0x20CU);
+  EXPECT_EQ(value_of(0x1401, 1), 0x30CU);
+  EXPECT_EQ(value_of(0x1801, 1), 0x4000028CU);
+  EXPECT_EQ(value_of(0x1402, 1), 0x8000040CU);
   EXPECT_EQ(value_of(0x1800, 1), 0x4000018CU);
   EXPECT_EQ(value_of(0x1803, 1), 0x8000048CU);
   EXPECT_EQ(value_of(0x1018, 1), 7U);

@@ -156,6 +156,13 @@ TEST(Config, TellsEveryMistakeWithItsLineAndField) {
   }
 }
 
+TEST(Config, ARobotMayHaveNoArmAndNoEyes) {
+  const auto no_arm = read_changed("[can]", "[can]\npresent = false");
+  EXPECT_EQ(status_of(image_of(*no_arm)), ImageStatus::kOk);
+  const auto no_eyes = read_changed("[eyes]", "[eyes]\npresent = false");
+  EXPECT_EQ(status_of(image_of(*no_eyes)), ImageStatus::kOk);
+}
+
 TEST(Config, SharedSettingsAreForAllAndOwnOnesGoBefore) {
   const auto config = read_changed("[cameras.left]", "stall_ms = 300\n[cameras.left]\nstall_ms = 400");
   EXPECT_EQ(config->cameras.eyes[0].stall_ns, 400'000'000);
@@ -257,8 +264,8 @@ TEST(ConfigImage, SaysWhatItIsNot) {
 TEST(ConfigImage, JudgesEveryValueAgain) {
   const std::vector<std::byte> image = image_of(*example());
   std::vector<std::byte> changed = image;
-  const double beyond = 51;  // control.position_per_s comes first
-  std::memcpy(changed.data() + kHeaderBytes, &beyond, sizeof beyond);
+  const double beyond = 51;  // control.position_per_s comes first, after the number of axes
+  std::memcpy(changed.data() + kHeaderBytes + sizeof(int), &beyond, sizeof beyond);
   sign(changed);
   const auto config = std::make_unique<ControllerConfig>();
   const ImageResult result = read_image(changed, *config);
@@ -276,7 +283,9 @@ TEST(ConfigImage, JudgesEveryValueAgain) {
     sign(changed);
     const ImageResult judged = read_image(changed, *config);
     refused += judged.status == ImageStatus::kBadValue ? 1 : 0;
-    ASSERT_TRUE(judged.status == ImageStatus::kOk || judged.status == ImageStatus::kBadValue);
+    // Another number of axes, or another kind of target, is another length.
+    ASSERT_TRUE(judged.status == ImageStatus::kOk || judged.status == ImageStatus::kBadValue ||
+                judged.status == ImageStatus::kWrongSize);
   }
   EXPECT_GT(refused, 0);
 }
