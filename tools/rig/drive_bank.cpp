@@ -11,8 +11,7 @@
 #include <cmath>
 #include <string>
 
-#include "hal/canopen/objects.hpp"
-#include "hal/canopen/pdo.hpp"
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/clock.hpp"
 #include "tools/rig/rig_error.hpp"
 
@@ -130,9 +129,9 @@ void DriveBank::receive(std::int64_t now_ns) {
   }
   if (synced && impostor_) {
     CanFrame lie;
-    lie.id = canopen::tpdo_cob_id(config_.axis[*impostor_]);
-    lie.size = 6;
-    lie.data = {0x37, 0x02, 0xEF, 0xBE, 0xAD, 0x0E};
+    lie.id = canopen::axis_pdos(config_, static_cast<int>(*impostor_)).position.cob_id;
+    lie.size = 4;
+    lie.data = {0xEF, 0xBE, 0xAD, 0x0E};
     if (bus_.send(lie)) ++counts_.sent;
   }
 }
