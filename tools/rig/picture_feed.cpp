@@ -20,15 +20,16 @@ PictureFeed::~PictureFeed() {
   thread_.join();
 }
 
-void PictureFeed::show(const render::SceneState& state, std::uint64_t seed) {
+void PictureFeed::show(int side, const render::SceneState& state, std::uint64_t seed) {
+  const auto eye = static_cast<std::size_t>(side);
   {
     const std::lock_guard lock(mutex_);
-    ++counts_.asked;
-    if (busy_ || job_) {
-      ++counts_.skipped;
+    ++counts_[eye].asked;
+    if (busy_[eye] || jobs_[eye]) {
+      ++counts_[eye].skipped;
       return;
     }
-    job_ = Job{state, seed};
+    jobs_[eye] = Job{state, seed};
   }
   wake_.notify_one();
 }
@@ -46,9 +47,9 @@ void PictureFeed::set_late(int side, std::size_t pictures) {
   late_[static_cast<std::size_t>(side)] = std::min(pictures, kMostLate);
 }
 
-PictureCounts PictureFeed::counts() {
+PictureCounts PictureFeed::counts(int side) {
   const std::lock_guard lock(mutex_);
-  return counts_;
+  return counts_[static_cast<std::size_t>(side)];
 }
 
 std::optional<std::string> PictureFeed::trouble() {
@@ -69,41 +70,42 @@ void PictureFeed::obey(const Act& act) {
   }
 }
 
-void PictureFeed::make(const Job& job, const std::array<std::size_t, 2>& late) {
-  std::array<tools::RgbImage, 2> images;
-  render::render_pair(scene_, job.state, job.seed, images[0], images[1]);
-  for (std::size_t side = 0; side < 2; ++side) {
-    auto& shown = shown_[side];
-    if (shown.size() > kMostLate) shown.erase(shown.begin());
-    shown.emplace_back();
-    to_yuyv(images[side], shown.back());
-    const std::size_t back = std::min(late[side], shown.size() - 1);
-    if (!cameras_[side]->show(shown[shown.size() - 1 - back])) {
-      const std::lock_guard lock(mutex_);
-      ++counts_.refused[side];
-    }
+void PictureFeed::make(std::size_t side, const Job& job, std::size_t late) {
+  tools::RgbImage image;
+  render::render_eye(scene_, job.state, side == 0 ? render::Eye::kLeft : render::Eye::kRight, job.seed,
+                     image);
+  auto& shown = shown_[side];
+  if (shown.size() > kMostLate) shown.erase(shown.begin());
+  shown.emplace_back();
+  to_yuyv(image, shown.back());
+  const std::size_t back = std::min(late, shown.size() - 1);
+  if (!cameras_[side]->show(shown[shown.size() - 1 - back])) {
+    const std::lock_guard lock(mutex_);
+    ++counts_[side].refused;
   }
 }
 
 void PictureFeed::work() {
   std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return ends_ || job_ || !acts_.empty(); });
+    wake_.wait(lock, [this] { return ends_ || jobs_[0] || jobs_[1] || !acts_.empty(); });
     if (ends_) return;
-    busy_ = true;
     const std::vector<Act> acts = std::exchange(acts_, {});
-    const std::optional<Job> job = std::exchange(job_, std::nullopt);
+    const std::array<std::optional<Job>, 2> jobs = std::exchange(jobs_, {});
     const std::array<std::size_t, 2> late = late_;
+    busy_ = {jobs[0].has_value(), jobs[1].has_value()};
     lock.unlock();
     try {
       for (const Act& act : acts) obey(act);
-      if (job) make(*job, late);
+      for (std::size_t side = 0; side < 2; ++side) {
+        if (jobs[side]) make(side, *jobs[side], late[side]);
+      }
     } catch (const std::exception& error) {
       const std::lock_guard again(mutex_);
       trouble_ = error.what();
     }
     lock.lock();
-    busy_ = false;
+    busy_ = {};
   }
 }
 

@@ -24,10 +24,10 @@ enum class CameraAction {
   kFlagNext,
 };
 
-struct PictureCounts {
+struct PictureCounts {  // of an eye
   std::uint64_t asked = 0;
   std::uint64_t skipped = 0;  // the one before was still being made
-  std::array<std::uint64_t, 2> refused{};
+  std::uint64_t refused = 0;  // the camera was unplugged
 };
 
 class PictureFeed {
@@ -38,12 +38,12 @@ class PictureFeed {
   PictureFeed& operator=(const PictureFeed&) = delete;
 
   // Neither waits.
-  void show(const render::SceneState& state, std::uint64_t seed);
+  void show(int side, const render::SceneState& state, std::uint64_t seed);
   void act(int side, CameraAction action);
   // Of this eye, the picture of so many pictures before; at most kMostLate.
   void set_late(int side, std::size_t pictures);
 
-  [[nodiscard]] PictureCounts counts();
+  [[nodiscard]] PictureCounts counts(int side);
   // What went wrong in the thread, where something did.
   [[nodiscard]] std::optional<std::string> trouble();
 
@@ -60,7 +60,7 @@ class PictureFeed {
   };
   void work();
   void obey(const Act& act);
-  void make(const Job& job, const std::array<std::size_t, 2>& late);
+  void make(std::size_t side, const Job& job, std::size_t late);
 
   const render::Scene& scene_;
   std::array<Vivid*, 2> cameras_;
@@ -68,12 +68,12 @@ class PictureFeed {
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::optional<Job> job_;
+  std::array<std::optional<Job>, 2> jobs_{};
   std::vector<Act> acts_;
   std::array<std::size_t, 2> late_{};
-  bool busy_ = false;
+  std::array<bool, 2> busy_{};
   bool ends_ = false;
-  PictureCounts counts_;
+  std::array<PictureCounts, 2> counts_{};
   std::optional<std::string> trouble_;
   std::thread thread_;
 };

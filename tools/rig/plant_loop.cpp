@@ -2,6 +2,8 @@
 
 #include <poll.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <sys/timerfd.h>
 #include <time.h>
 #include <unistd.h>
@@ -31,8 +33,16 @@ std::int64_t monotonic_ns() {
   return rt::MonotonicClock().now_ns();
 }
 
+// On a whole second: whatever came before, what follows is the same with respect to all of the kernel's
+// ticks.
 std::int64_t next_start_ns() {
-  return (monotonic_ns() / kTick_ns + 50) * kTick_ns;
+  return (monotonic_ns() / kNsPerSecond + 1) * kNsPerSecond;
+}
+
+void sleep_until(std::int64_t t_ns) {
+  const timespec until{t_ns / kNsPerSecond, t_ns % kNsPerSecond};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
 }
 
 JointVector start_of(const SerialArm& arm, const Transform& T_W_S) {
@@ -49,6 +59,16 @@ render::Scene scene_of(const RigScenario& scenario, const ControllerConfig& conf
     throw std::runtime_error("the rig's cameras have 640x480 pixels");
   }
   return scene;
+}
+
+std::int64_t idle_ns(const RigScenario& scenario) {
+  return std::llround(1e9 / scenario.frames_per_s);
+}
+
+int minor_of(const char* device) {
+  struct stat about {};
+  if (stat(device, &about) != 0) fail_with_errno(device);
+  return static_cast<int>(minor(about.st_rdev));
 }
 
 void start_ticking(const FileHandle& timer, std::int64_t first_ns) {
@@ -77,25 +97,28 @@ PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config
       drives_(kCan, config.can.arm, config.robot.arm, start_of(config.robot.arm, demo::lateral_start()),
               start_ns_),
       eyes_(config.robot.eye_control.steps_per_rad),
-      reader_(kGpioChip),
+      trace_(kGpioChip),
       cameras_{Vivid(kCameras[0], kDisplays[0]), Vivid(kCameras[1], kDisplays[1])},
       feed_(world_.scene(), {&cameras_[0], &cameras_[1]}),
       judge_(scenario, config.robot.arm, config.robot.hand_limits.linear_velocity_mm_per_s),
       log_(empty_rig_log()),
       phases_(scenario.faults.size(), Phase::kWaiting),
+      schedules_{PictureSchedule(idle_ns(scenario)), PictureSchedule(idle_ns(scenario))},
+      minors_{minor_of(kCameras[0]), minor_of(kCameras[1])},
       tool_W_mm_(world_.T_W_H(drives_.position_rad()) * config.robot.tool_mm) {}
 
 void PlantLoop::run() {
   const FileHandle timer(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
   if (!timer.is_open()) fail_with_errno("timer");
+  sleep_until(start_ns_ - kTick_ns);
+  controller_.start();
   start_ticking(timer, start_ns_);
   const std::int64_t ticks = std::llround(scenario_.duration_s * 1e9) / kTick_ns;
-  std::array<pollfd, 3> entries{pollfd{drives_.handle_to_poll(), POLLIN, 0},
-                                pollfd{reader_.handle_to_poll(), POLLIN, 0}, pollfd{timer.get(), POLLIN, 0}};
+  // The trace is read each millisecond: to be woken by each of its lines would cost more than all else.
+  std::array<pollfd, 2> entries{pollfd{drives_.handle_to_poll(), POLLIN, 0}, pollfd{timer.get(), POLLIN, 0}};
   while (tick_ <= ticks) {
     if (poll(entries.data(), entries.size(), -1) < 0 && errno != EINTR) fail_with_errno("poll");
     if (entries[0].revents != 0) drives_.receive(monotonic_ns());
-    if (entries[1].revents != 0) take_edges();
     std::uint64_t due = 0;
     if (read(timer.get(), &due, sizeof due) != static_cast<ssize_t>(sizeof due)) continue;
     worst_lateness_ns_ =
@@ -106,14 +129,28 @@ void PlantLoop::run() {
   }
 }
 
-void PlantLoop::take_edges() {
-  reader_.read(edges_);
-  for (const Edge& edge : edges_) eyes_.take(edge);
+void PlantLoop::take_trace() {
+  trace_.read();
+  for (const Edge& edge : trace_.edges()) eyes_.take(edge);
+  for (const Capture& capture : trace_.captures()) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (capture.minor == minors_[side]) schedules_[side].captured(capture.stamp_ns);
+    }
+  }
+}
+
+void PlantLoop::show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H) {
+  for (int side = 0; side < 2; ++side) {
+    if (!schedules_[static_cast<std::size_t>(side)].is_due(now_ns)) continue;
+    feed_.show(side, world_.state(t_s, T_W_H, eyes_.angles()),
+               render::hash(world_.scene().seed, pictures_++));
+  }
 }
 
 void PlantLoop::tick(std::int64_t tick) {
   const std::int64_t t_ns = tick * kTick_ns;
   const double t_s = seconds(t_ns);
+  take_trace();
   keep_faults(t_s);
   drives_.advance(start_ns_ + t_ns);
   eyes_.advance(kTick_ns);
@@ -125,17 +162,11 @@ void PlantLoop::tick(std::int64_t tick) {
   fastest_mm_per_s_ = std::max(fastest_mm_per_s_, speed);
   judge_.watch(t_s, speed, drives_);
 
-  if (t_s * scenario_.frames_per_s >= static_cast<double>(next_picture_)) {
-    feed_.show(world_.state(t_s, T_W_H, eyes_.angles()),
-               render::hash(world_.scene().seed, static_cast<std::uint64_t>(next_picture_)));
-    ++next_picture_;
-  }
+  show_pictures(start_ns_ + t_ns, t_s, T_W_H);
   if (tick % kTicksARow == 0) {
     const auto active = std::count(phases_.begin(), phases_.end(), Phase::kActive);
-    add_row(log_,
-            {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active),
-             static_cast<std::uint64_t>(next_picture_)},
-            world_, drives_, eyes_, config_.robot.relation);
+    add_row(log_, {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active), pictures_}, world_,
+            drives_, eyes_, config_.robot.relation);
   }
 }
 

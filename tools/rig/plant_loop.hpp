@@ -14,11 +14,12 @@
 #include "tools/report/log_table.hpp"
 #include "tools/rig/controller_process.hpp"
 #include "tools/rig/drive_bank.hpp"
-#include "tools/rig/edge_reader.hpp"
 #include "tools/rig/picture_feed.hpp"
+#include "tools/rig/picture_schedule.hpp"
 #include "tools/rig/rig_log.hpp"
 #include "tools/rig/rig_scenario.hpp"
 #include "tools/rig/rig_world.hpp"
+#include "tools/rig/trace_reader.hpp"
 #include "tools/rig/vivid.hpp"
 
 namespace vergence::rig {
@@ -34,7 +35,7 @@ class PlantLoop {
 
   [[nodiscard]] const tools::LogTable& log() const { return log_; }
   [[nodiscard]] const Judge& judge() const { return judge_; }
-  [[nodiscard]] PictureCounts pictures() { return feed_.counts(); }
+  [[nodiscard]] PictureCounts pictures(int side) { return feed_.counts(side); }
   [[nodiscard]] const DriveBank& drives() const { return drives_; }
   [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
   [[nodiscard]] std::int64_t start_ns() const { return start_ns_; }
@@ -52,7 +53,8 @@ class PlantLoop {
   void begin(const FaultEvent& fault);
   void hold(const FaultEvent& fault, std::int64_t tick);
   void end(const FaultEvent& fault);
-  void take_edges();
+  void take_trace();
+  void show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H);
 
   RigScenario scenario_;
   const ControllerConfig& config_;
@@ -61,16 +63,17 @@ class PlantLoop {
   RigWorld world_;
   DriveBank drives_;
   EyeMotors eyes_;
-  EdgeReader reader_;
+  TraceReader trace_;
   std::array<Vivid, 2> cameras_;
   PictureFeed feed_;
   Judge judge_;
   tools::LogTable log_;
 
   std::vector<Phase> phases_;
-  std::vector<Edge> edges_;
+  std::array<PictureSchedule, 2> schedules_;
+  std::array<int, 2> minors_;
   std::int64_t tick_ = 0;
-  std::int64_t next_picture_ = 0;
+  std::uint64_t pictures_ = 0;
   std::int64_t worst_lateness_ns_ = 0;
   Vector3 tool_W_mm_ = Vector3::Zero();
   double fastest_mm_per_s_ = 0;

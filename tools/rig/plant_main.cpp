@@ -74,28 +74,32 @@ void write_lines(const std::filesystem::path& file, const std::vector<std::strin
 }
 
 std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
-  const PictureCounts pictures = plant.pictures();
+  const auto wide = [](auto number) { return static_cast<long long>(number); };
   const BusCounts& bus = plant.drives().counts();
   const PulseTimes& pulses = plant.eyes().times();
-  std::array<char, 400> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "pictures: %llu asked for, %llu skipped, %llu and %llu not shown; CAN: %llu frames received (%llu "
-      "SYNC), "
-      "%llu sent, hash of what came and when %016llx; GPIO: %llu edges",
-      static_cast<unsigned long long>(pictures.asked), static_cast<unsigned long long>(pictures.skipped),
-      static_cast<unsigned long long>(pictures.refused[0]),
-      static_cast<unsigned long long>(pictures.refused[1]), static_cast<unsigned long long>(bus.received),
-      static_cast<unsigned long long>(bus.syncs), static_cast<unsigned long long>(bus.sent),
-      static_cast<unsigned long long>(bus.hash), static_cast<unsigned long long>(plant.eyes().edges()));
-  std::vector<std::string> notes{text.data()};
+  std::vector<std::string> notes;
+  std::array<char, 300> text{};
+  for (int side = 0; side < 2; ++side) {
+    const PictureCounts pictures = plant.pictures(side);
+    std::snprintf(text.data(), text.size(), "%s camera: %lld pictures, %lld of them skipped, %lld refused",
+                  side == 0 ? "left" : "right", wide(pictures.asked), wide(pictures.skipped),
+                  wide(pictures.refused));
+    notes.emplace_back(text.data());
+  }
   std::snprintf(text.data(), text.size(),
-                "step pulses: shortest high %lld us, low %lld us, direction before a step %lld us; the plant "
-                "was %lld us "
-                "late at worst; the controller ended with %d",
-                static_cast<long long>(pulses.high_ns / 1000), static_cast<long long>(pulses.low_ns / 1000),
-                static_cast<long long>(pulses.setup_ns / 1000),
-                static_cast<long long>(plant.worst_lateness_ns() / 1000), controller_status);
+                "CAN: %lld frames received (%lld SYNC), hash of what came and when %016llx, %lld sent",
+                wide(bus.received), wide(bus.syncs), static_cast<unsigned long long>(bus.hash),
+                wide(bus.sent));
+  notes.emplace_back(text.data());
+  if (plant.eyes().edges() > 0) {
+    std::snprintf(text.data(), text.size(),
+                  "GPIO: %lld edges, shortest high %lld us, low %lld us, direction before a step %lld us",
+                  wide(plant.eyes().edges()), wide(pulses.high_ns / 1000), wide(pulses.low_ns / 1000),
+                  wide(pulses.setup_ns / 1000));
+    notes.emplace_back(text.data());
+  }
+  std::snprintf(text.data(), text.size(), "the plant was %lld us late at worst; the controller ended with %d",
+                wide(plant.worst_lateness_ns() / 1000), controller_status);
   notes.emplace_back(text.data());
   return notes;
 }
@@ -109,7 +113,6 @@ int run(const Options& options) {
   std::filesystem::remove(options.out / "controller.log");
   ControllerProcess controller(options.controller, options.out / "controller.log");
   PlantLoop plant(scenario, *config, controller);
-  controller.start();
   RigOperator person(config->runtime.command_socket.data(), scenario, plant.start_ns());
   plant.run();
   write_lines(options.out / "operator.log", person.finish());

@@ -10,7 +10,7 @@
 #include "tools/plant/arm_servo.hpp"
 #include "tools/plant/stepper.hpp"
 #include "tools/render/scene.hpp"
-#include "tools/rig/edge_reader.hpp"
+#include "tools/rig/trace_reader.hpp"
 
 namespace vergence::rig {
 

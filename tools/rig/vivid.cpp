@@ -113,9 +113,21 @@ void Vivid::set_up_display() {
         mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, display_.get(), buffer.m.offset);
     if (memory == MAP_FAILED) fail_with_errno(std::string(display_path_) + ": buffers");
     memory_[i] = {static_cast<std::uint8_t*>(memory), buffer.length};
-    is_free_[i] = true;
+    std::memset(memory, 0x80, buffer.length);  // grey
   }
-  streams_ = false;
+  for (std::uint32_t i = 0; i < kBuffers; ++i) queue(i);
+  int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  ask(display_, VIDIOC_STREAMON, type, std::string(display_path_) + ": stream");
+}
+
+void Vivid::queue(std::uint32_t index) {
+  v4l2_buffer buffer{};
+  buffer.index = index;
+  buffer.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  buffer.memory = V4L2_MEMORY_MMAP;
+  buffer.bytesused = kFrameBytes;
+  buffer.field = V4L2_FIELD_NONE;
+  ask(display_, VIDIOC_QBUF, buffer, std::string(display_path_) + ": picture");
 }
 
 void Vivid::set_control(const char* name, int value) {
@@ -134,32 +146,10 @@ void Vivid::set_control(const char* name, int value) {
 
 bool Vivid::show(std::span<const std::uint8_t> yuyv) {
   if (unplugged_) return false;
-  v4l2_buffer buffer{};
-  buffer.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  buffer.memory = V4L2_MEMORY_MMAP;
-  while (streams_ && ioctl(display_.get(), VIDIOC_DQBUF, &buffer) == 0) is_free_[buffer.index] = true;
-  const auto free = std::find(is_free_.begin(), is_free_.end(), true);
-  if (free == is_free_.end()) return false;
-  const auto index = static_cast<std::size_t>(free - is_free_.begin());
-  std::copy_n(yuyv.begin(), std::min({yuyv.size(), kFrameBytes, memory_[index].size()}),
-              memory_[index].begin());
-  buffer = {};
-  buffer.index = static_cast<std::uint32_t>(index);
-  buffer.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  buffer.memory = V4L2_MEMORY_MMAP;
-  buffer.bytesused = kFrameBytes;
-  buffer.field = V4L2_FIELD_NONE;
-  ask(display_, VIDIOC_QBUF, buffer, std::string(display_path_) + ": picture");
-  *free = false;
-  if (!streams_) start_display();
+  for (std::span<std::uint8_t>& memory : memory_) {
+    std::copy_n(yuyv.begin(), std::min({yuyv.size(), kFrameBytes, memory.size()}), memory.begin());
+  }
   return true;
-}
-
-void Vivid::start_display() {
-  int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  // It wants several buffers before it begins: then it does with the next picture.
-  streams_ = ioctl(display_.get(), VIDIOC_STREAMON, &type) == 0;
-  if (!streams_ && errno != EINVAL) fail_with_errno(std::string(display_path_) + ": stream");
 }
 
 void Vivid::unplug() {

@@ -38,19 +38,19 @@ class Vivid {
   void open();
   void set_up_camera();
   void set_up_display();
-  void start_display();
+  void queue(std::uint32_t buffer);
   void set_control(const char* name, int value);
   void close();
 
-  static constexpr std::size_t kBuffers = 4;
+  // Of two that are queued the display lets go of the first; the second stays, and is written to while it is
+  // shown. So a picture is seen at once, and not a period or two later.
+  static constexpr std::size_t kBuffers = 2;
 
   const char* camera_path_;
   const char* display_path_;
   FileHandle camera_;  // for the controls alone
   FileHandle display_;
   std::array<std::span<std::uint8_t>, kBuffers> memory_{};
-  std::array<bool, kBuffers> is_free_{};
-  bool streams_ = false;
   bool unplugged_ = false;
 };
 

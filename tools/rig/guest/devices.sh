@@ -28,12 +28,14 @@ set_up_lines() {
   echo 1 >"$chip/live"
 }
 
-# Every set of every line, with stamps of the clock that the controller has.
+# Every set of every line, and every picture taken, with stamps of the clock that the controller has.
 set_up_trace() {
   local tracing=/sys/kernel/tracing
   echo mono >$tracing/trace_clock
   echo 4096 >$tracing/buffer_size_kb
   echo 1 >$tracing/events/gpio/gpio_value/enable
+  echo 'type == 1' >$tracing/events/v4l2/v4l2_dqbuf/filter
+  echo 1 >$tracing/events/v4l2/v4l2_dqbuf/enable
   echo 1 >$tracing/tracing_on
 }
 

@@ -1,4 +1,4 @@
-#include "tools/rig/edge_reader.hpp"
+#include "tools/rig/trace_reader.hpp"
 
 #include <fcntl.h>
 
@@ -55,6 +55,21 @@ std::optional<Edge> parse_edge(std::string_view text, int first_number) {
   return Edge{whole_s * 1'000'000'000 + micros * 1000, line, level != 0};
 }
 
+std::optional<Capture> parse_capture(std::string_view text) {
+  const auto number_behind = [text](std::string_view word, auto& number) {
+    const std::size_t at = text.find(word);
+    if (at == std::string_view::npos) return false;
+    std::string_view rest = text.substr(at + word.size());
+    return take_number(rest, number);
+  };
+  Capture capture;
+  if (text.find(": v4l2_dqbuf: ") == std::string_view::npos || !number_behind("minor = ", capture.minor) ||
+      !number_behind(", timestamp = ", capture.stamp_ns)) {
+    return std::nullopt;
+  }
+  return capture;
+}
+
 std::optional<int> first_number_of(std::string_view chips, std::string_view label) {
   // `gpiochip0: GPIOs 499-511, parent: platform/gpio-sim.0, LABEL, can sleep:`
   std::istringstream lines{std::string(chips)};
@@ -74,7 +89,7 @@ std::optional<int> first_number_of(std::string_view chips, std::string_view labe
   return std::nullopt;
 }
 
-EdgeReader::EdgeReader(const char* chip_label) {
+TraceReader::TraceReader(const char* chip_label) {
   const char* const chips_file = "/sys/kernel/debug/gpio";
   std::ifstream chips(chips_file);
   std::stringstream text;
@@ -90,21 +105,27 @@ EdgeReader::EdgeReader(const char* chip_label) {
   if (!trace_.is_open()) fail_with_errno(trace);
 }
 
-void EdgeReader::read(std::vector<Edge>& edges) {
-  edges.clear();
-  std::array<char, 4096> buffer{};
+void TraceReader::take(std::string_view line) {
+  if (const std::optional<Edge> edge = parse_edge(line, first_number_)) {
+    const std::uint64_t bit = std::uint64_t{1} << edge->line;
+    if (((levels_ & bit) != 0) == edge->level) return;
+    levels_ ^= bit;
+    edges_.push_back(*edge);
+  } else if (const std::optional<Capture> capture = parse_capture(line)) {
+    captures_.push_back(*capture);
+  }
+}
+
+void TraceReader::read() {
+  edges_.clear();
+  captures_.clear();
+  std::array<char, 8192> buffer{};
   for (ssize_t got = 0; (got = ::read(trace_.get(), buffer.data(), buffer.size())) > 0;) {
     rest_.append(buffer.data(), static_cast<std::size_t>(got));
   }
   std::size_t begin = 0;
   for (std::size_t end = 0; (end = rest_.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    const std::optional<Edge> edge =
-        parse_edge(std::string_view(rest_).substr(begin, end - begin), first_number_);
-    if (!edge) continue;
-    const std::uint64_t bit = std::uint64_t{1} << edge->line;
-    if (((levels_ & bit) != 0) == edge->level) continue;
-    levels_ ^= bit;
-    edges.push_back(*edge);
+    take(std::string_view(rest_).substr(begin, end - begin));
   }
   rest_.erase(0, begin);
 }
