@@ -153,7 +153,7 @@ void PlantLoop::tick(std::int64_t tick) {
   take_trace();
   keep_faults(t_s);
   drives_.advance(start_ns_ + t_ns);
-  eyes_.advance(kTick_ns);
+  eyes_.advance(start_ns_ + t_ns);
 
   const Transform T_W_H = world_.T_W_H(drives_.position_rad());
   const Vector3 tool = T_W_H * config_.robot.tool_mm;

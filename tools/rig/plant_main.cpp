@@ -3,8 +3,10 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <fstream>
 #include <memory>
@@ -104,6 +106,12 @@ std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
   return notes;
 }
 
+bool is_left_dead(const RigScenario& scenario) {
+  return std::any_of(scenario.faults.begin(), scenario.faults.end(), [](const FaultEvent& fault) {
+    return fault.kind == FaultKind::kControllerKilled && fault.for_s == 0;
+  });
+}
+
 int run(const Options& options) {
   const RigScenario scenario = read_scenario(options.scenario);
   const std::unique_ptr<ControllerConfig> config = read_image_file(options.config);
@@ -124,6 +132,11 @@ int run(const Options& options) {
   summary.signature = plant.log().signature();
   summary.duration_s = scenario.duration_s;
   summary.metrics = plant.judge().metrics(plant.log());
+  if (!is_left_dead(scenario)) {
+    summary.metrics.push_back(demo::at_most("controller_status", std::abs(controller_status), "", 0,
+                                            std::nullopt,
+                                            "how the controller ended: its exit status, or the signal"));
+  }
   plant.log().write_csv(options.out / "log.csv");
   tools::write_summary(options.out / "summary.json", summary);
   tools::ReportPage page;

@@ -59,7 +59,7 @@ void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, con
   for (const double angle : {angles.tilt_rad, angles.pan_right_rad, angles.pan_left_rad})
     values.push_back(angle);
   double lost = 0;
-  for (int i = 0; i < kPanTiltMotors; ++i) {
+  for (std::size_t i = 0; i < kPanTiltMotors; ++i) {
     values.push_back(static_cast<double>(eyes.issued_steps(i)));
     lost += std::abs(eyes.lost_steps(i));
   }

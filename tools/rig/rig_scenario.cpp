@@ -71,8 +71,8 @@ FaultEvent fault_of(const tools::TomlReader& table) {
 
 RigScenario read_scenario(const std::filesystem::path& file) {
   const tools::TomlReader root = tools::TomlReader::from_file(file);
-  root.allow_only({"title", "description", "robot", "scene", "duration_s", "frames_per_s", "patient_operator",
-                   "settle_s", "hand_rms_mm", "operator", "fault"});
+  root.allow_only({"title", "description", "robot", "program", "scene", "duration_s", "frames_per_s",
+                   "patient_operator", "settle_s", "hand_rms_mm", "operator", "fault"});
   constexpr tools::Range kTime{0, 1e4};
   RigScenario scenario;
   scenario.name = file.stem().string();

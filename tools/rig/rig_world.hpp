@@ -21,31 +21,31 @@ struct PulseTimes {
   std::int64_t setup_ns = -1;  // of the direction, before a step
 };
 
+// Each pulse is a step over the time since the one before. A motor that got none for a while is at rest.
 class EyeMotors {
  public:
   explicit EyeMotors(const std::array<double, kPanTiltMotors>& steps_per_rad);
 
   void take(const Edge& edge);
-  // The pulses taken since the last call came within this time.
-  void advance(std::int64_t dt_ns);
+  // Each millisecond, once the edges up to now were taken.
+  void advance(std::int64_t now_ns);
 
-  [[nodiscard]] EyeAngles angles() const { return motors_.true_angles(); }
+  [[nodiscard]] EyeAngles angles() const;
   [[nodiscard]] bool is_enabled() const { return enabled_; }
-  [[nodiscard]] std::int64_t issued_steps(int motor) const { return motors_.motor(motor).issued_steps(); }
-  [[nodiscard]] double lost_steps(int motor) const { return motors_.motor(motor).lost_steps(); }
+  [[nodiscard]] std::int64_t issued_steps(std::size_t motor) const { return motors_[motor].issued_steps(); }
+  [[nodiscard]] double lost_steps(std::size_t motor) const { return motors_[motor].lost_steps(); }
   [[nodiscard]] const PulseTimes& times() const { return times_; }
   [[nodiscard]] std::uint64_t edges() const { return edges_; }
 
  private:
   struct Line {
-    bool is_high = false;
     bool is_forward = false;
     std::int64_t changed_ns = -1;
     std::int64_t turned_ns = -1;
-    std::int64_t pulses = 0;  // since advance(), with sign
+    std::int64_t moved_to_ns = 0;
   };
 
-  plant::PanTiltPlant motors_;
+  std::array<plant::Stepper, kPanTiltMotors> motors_;
   std::array<Line, kPanTiltMotors> lines_{};
   bool enabled_ = false;
   PulseTimes times_;

@@ -15,6 +15,9 @@ for name in ${!RIG_*}; do printf 's|@%s@|%s|g\n' "$name" "${!name}"; done >"$scr
 sed -f "$script" "$RIG/robots/$(value robot).toml" >"$robot/robot.toml"
 "$RIG_BUILD/bin/vergence" config build "$robot/robot.toml" -o "$robot/robot.vcfg" >/dev/null
 mkdir -p /run/vergence /var/lib/vergence
+case $(value program) in
+  '' | vergenced) program=("$RIG_BUILD/bin/vergenced" --realtime=ignore) ;;
+  *) program=("$RIG_BUILD/bin/$(value program)") ;;
+esac
 exec "$RIG_BUILD/bin/vergence_rig_plant" --scenario "$scenario" --config "$robot/robot.vcfg" --out "$RIG_OUT" \
-  --command "tools/rig/run $RIG_SCENARIO" -- \
-  "$RIG_BUILD/bin/vergenced" --config "$robot/robot.vcfg" --realtime=ignore
+  --command "tools/rig/run $RIG_SCENARIO" -- "${program[@]}" --config "$robot/robot.vcfg"
