@@ -34,7 +34,8 @@ class PictureSchedule {
     return true;
   }
 
-  static constexpr std::int64_t kLead_ns = 1'000'000;
+  // Also stamp_to_mid_exposure_ms of the robots' configurations.
+  static constexpr std::int64_t kLead_ns = 9'000'000;
 
  private:
   static constexpr std::size_t kGaps = 9;

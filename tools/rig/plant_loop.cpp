@@ -27,7 +27,7 @@ namespace {
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr std::int64_t kTicksARow = 10;
 constexpr double kCameraPeriods_per_s = 60;
-constexpr std::uint16_t kMeaningless = 0x0050;  // a statusword of no state
+constexpr std::uint16_t kMeaningless = 0x0002;  // a statusword of no state
 
 std::int64_t monotonic_ns() {
   return rt::MonotonicClock().now_ns();

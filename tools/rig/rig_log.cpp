@@ -85,12 +85,15 @@ Judge::Judge(const RigScenario& scenario, const SerialArm& arm, double tool_limi
       tool_limit_mm_per_s_(tool_limit_mm_per_s),
       verdicts_(scenario.faults.size()) {}
 
-// A stop is latched until the operator's next word, or the end.
+// A stop is latched until the operator's next word; the next fault is judged by itself.
 double Judge::end_of(std::size_t fault) const {
   const double from_s = scenario_.faults[fault].at_s;
   double end_s = scenario_.duration_s;
   for (const OperatorEvent& event : scenario_.operators) {
     if (event.at_s > from_s) end_s = std::min(end_s, event.at_s);
+  }
+  for (const FaultEvent& other : scenario_.faults) {
+    if (other.at_s > from_s) end_s = std::min(end_s, other.at_s);
   }
   return end_s;
 }

@@ -33,6 +33,7 @@ set_up_trace() {
   local tracing=/sys/kernel/tracing
   echo mono >$tracing/trace_clock
   echo 4096 >$tracing/buffer_size_kb
+  echo 'get == 0' >$tracing/events/gpio/gpio_value/filter
   echo 1 >$tracing/events/gpio/gpio_value/enable
   echo 'type == 1' >$tracing/events/v4l2/v4l2_dqbuf/filter
   echo 1 >$tracing/events/v4l2/v4l2_dqbuf/enable
