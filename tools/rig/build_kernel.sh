@@ -38,6 +38,7 @@ if [ -x "$kernel" ]; then echo "$kernel"; exit 0; fi
 work=$cache/uml-$hash.build
 log=$cache/uml-$hash.log
 echo "Building the rig's kernel from $package $version; the log is $log" >&2
+trap 'rm -rf "$work"' EXIT
 rm -rf "$work"
 mkdir -p "$work"
 tar -C "$work" --strip-components=1 -xf "/usr/src/$package.tar.xz"
@@ -58,5 +59,4 @@ strip -o "$work/linux.stripped" "$work/linux"
 mkdir -p "$(dirname "$kernel")"
 cp "$work/.config" "$(dirname "$kernel")/config"
 mv "$work/linux.stripped" "$kernel"
-rm -rf "$work"
 echo "$kernel"
