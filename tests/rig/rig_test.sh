@@ -3,7 +3,7 @@
 # finds what the plant did, twice the same to the byte. Skipped (77) where Debian's kernel source is not installed and
 # cannot be, or no kernel is built yet and none is to be.
 #
-#   rig_test.sh BUILD_FOLDER self-check|probe
+#   rig_test.sh BUILD_FOLDER self_check|probe
 set -euo pipefail
 build=$1
 part=$2
@@ -21,7 +21,7 @@ run() { "$root/tools/rig/run" "$@" --build "$build" --limit 1200; }
 fail() { echo "$*"; exit 1; }
 
 case $part in
-  self-check)
+  self_check)
     mark=/usr/share/vergence-rig-was-here
     run self-check --out "$out/$part"
     [ ! -e "$mark" ] || fail "the guest could write $mark on this machine"
@@ -41,5 +41,5 @@ case $part in
     awk -v a="$said" -v b="$did" 'BEGIN { split(a, x, " "); split(b, y, " "); d = x[4] - y[4]
       exit !(d < 1.2e-5 && d > -1.2e-5 && x[8] == y[8]) }' || fail "the probe says '$said', the plant '$did'"
     ;;
-  *) fail "rig_test.sh BUILD_FOLDER self-check|probe" ;;
+  *) fail "rig_test.sh BUILD_FOLDER self_check|probe" ;;
 esac

@@ -1,5 +1,5 @@
-// An arm's drives: what becomes of velocities that are sent to them. How a joint moves is in joint_motion.hpp;
-// defaults and what is left out: docs/plant.md.
+// An arm's drives: what becomes of velocities that are sent to them. How a joint moves is in
+// joint_motion.hpp; defaults and what is left out: docs/plant.md.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// How a joint moves with its motor. It follows its command as a first-order lag, within what its motor can do,
-// between hard stops:
+// How a joint moves with its motor. It follows its command as a first-order lag, within what its motor can
+// do, between hard stops:
 //
 //   v' = clamp((command - v) / time_constant, +-acceleration) + load
 //
