@@ -6,6 +6,16 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+is_installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q 'install ok installed'; }
+# Of A|B, the one that is installed, or the first that this release has.
+first_there() {
+  local choice
+  for choice in ${1//|/ }; do if is_installed "$choice"; then echo "$choice"; return; fi; done
+  for choice in ${1//|/ }; do if [ -n "$(apt-cache madison "$choice" 2>/dev/null)" ]; then echo "$choice"; return; fi; done
+  # A machine that never heard of any package: the release tells.
+  case $(. /etc/os-release && echo "${VERSION_ID:-}") in 12) echo "${1%%|*}" ;; *) echo "${1##*|}" ;; esac
+}
+
 missing=()
 for group in "$@"; do
   found=0
@@ -13,7 +23,8 @@ for group in "$@"; do
     [ "$name" = "$group:" ] || continue
     found=1
     for package in $packages; do
-      dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+      case $package in *"|"*) package=$(first_there "$package") ;; esac
+      is_installed "$package" || missing+=("$package")
     done
   done <tools/packages.txt
   [ "$found" = 1 ] || { echo "tools/setup.sh: no package group '$group' in tools/packages.txt" >&2; exit 2; }

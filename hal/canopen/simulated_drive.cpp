@@ -311,6 +311,20 @@ void SimulatedDrive::process(std::int64_t now_ns, const FrameSink& sink) {
   if (heartbeat_on_) heartbeat_.process(now_ns, nmt_, sink);
 }
 
+double SimulatedDrive::wanted_counts_per_s() const {
+  return to_signed(objects_.number(kTargetVelocity, 0)) * options_.counts_per_velocity_unit;
+}
+
+double SimulatedDrive::quick_stop_counts_per_s2() const {
+  return static_cast<double>(objects_.number(kQuickStopDeceleration, 0)) * options_.counts_per_velocity_unit;
+}
+
+void SimulatedDrive::set_motion(double position_counts, double velocity_counts_per_s) {
+  position_ = position_counts;
+  velocity_ = velocity_counts_per_s;
+  if (velocity_ == 0) leave_braking();
+}
+
 void SimulatedDrive::follow(double dt_s) {
   if (jammed_) {
     velocity_ = 0;
@@ -318,8 +332,7 @@ void SimulatedDrive::follow(double dt_s) {
     const double way = to_signed(objects_.number(kTargetPosition, 0)) - position_;
     velocity_ = way / (options_.time_constant_s + dt_s);
   } else {
-    const double wanted = to_signed(objects_.number(kTargetVelocity, 0)) * options_.counts_per_velocity_unit;
-    velocity_ += (wanted - velocity_) * dt_s / (options_.time_constant_s + dt_s);
+    velocity_ += (wanted_counts_per_s() - velocity_) * dt_s / (options_.time_constant_s + dt_s);
   }
   following_error_ = false;
   if (objects_.number(kModeDisplay, 0) != kModeCyclicPosition) return;
@@ -333,10 +346,12 @@ void SimulatedDrive::follow(double dt_s) {
 }
 
 void SimulatedDrive::brake(double dt_s) {
-  const double step = static_cast<double>(objects_.number(kQuickStopDeceleration, 0)) *
-                      options_.counts_per_velocity_unit * dt_s;
+  const double step = quick_stop_counts_per_s2() * dt_s;
   velocity_ -= std::clamp(velocity_, -step, step);
-  if (velocity_ != 0) return;
+  if (velocity_ == 0) leave_braking();
+}
+
+void SimulatedDrive::leave_braking() {
   if (state_ == DriveState::kFaultReaction) state_ = DriveState::kFault;
   const bool leaves = objects_.number(kQuickStopOption, 0) < 5;
   if (state_ == DriveState::kQuickStopActive && leaves) state_ = DriveState::kSwitchOnDisabled;
@@ -346,6 +361,7 @@ void SimulatedDrive::move(std::int64_t now_ns) {
   const double dt_s = seconds(now_ns - now_ns_);
   if (!(dt_s > 0)) return;
   now_ns_ = now_ns;
+  if (!options_.has_motor) return;
   switch (state_) {
     case DriveState::kOperationEnabled: follow(dt_s); break;
     case DriveState::kQuickStopActive:

@@ -23,6 +23,8 @@ struct SimulatedDriveOptions {
   double time_constant_s = 0.01;
   std::int32_t start_counts = 0;
   bool is_homed = true;
+  // False: somebody else moves the motor, in velocity mode, and tells by set_motion().
+  bool has_motor = true;
 };
 
 class SimulatedDrive {
@@ -47,6 +49,12 @@ class SimulatedDrive {
   }
   void show_statusword(std::optional<std::uint16_t> statusword) { shown_ = statusword; }
   void set_state(DriveState state) { state_ = state; }
+
+  // For a motor of somebody else's: it is to follow this velocity while the drive is enabled, and to brake
+  // otherwise. A drive that braked goes on from there when it is told of velocity zero.
+  [[nodiscard]] double wanted_counts_per_s() const;
+  [[nodiscard]] double quick_stop_counts_per_s2() const;
+  void set_motion(double position_counts, double velocity_counts_per_s);
 
   [[nodiscard]] DriveState state() const { return state_; }
   [[nodiscard]] NmtState nmt() const { return nmt_; }
@@ -86,6 +94,7 @@ class SimulatedDrive {
   void move(std::int64_t now_ns);
   void follow(double dt_s);
   void brake(double dt_s);
+  void leave_braking();
   void supervise(std::int64_t now_ns);
 
   SimulatedDriveOptions options_;

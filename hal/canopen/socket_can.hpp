@@ -45,6 +45,8 @@ class SocketCan {
   [[nodiscard]] bool receive(CanFrame& frame);
 
   [[nodiscard]] const CanHealth& health() const { return health_; }
+  // Readable where there is something to receive; -1 while closed.
+  [[nodiscard]] int handle_to_poll() const { return socket_; }
   [[nodiscard]] bool is_open() const { return socket_ >= 0; }
   [[nodiscard]] int last_errno() const { return errno_; }
 

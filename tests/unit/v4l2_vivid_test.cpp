@@ -30,9 +30,27 @@ bool is_vivid(LinuxVideoSystem& system, const char* path) {
          (can.device_caps & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) != 0;
 }
 
+// Otherwise vivid stamps the end of a frame when it begins: in the future, where no frame is believed.
+void stamp_start_of_exposure(LinuxVideoSystem& system, const char* path) {
+  int handle = -1;
+  ASSERT_EQ(system.open(path, handle), 0);
+  v4l2_queryctrl query{};
+  query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+  bool is_found = false;
+  while (!is_found && system.control(handle, VIDIOC_QUERYCTRL, &query) == 0) {
+    is_found = std::strcmp(reinterpret_cast<const char*>(query.name), "Timestamp Source") == 0;
+    if (!is_found) query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+  }
+  v4l2_control control{query.id, 1};
+  EXPECT_TRUE(is_found);
+  EXPECT_EQ(system.control(handle, VIDIOC_S_CTRL, &control), 0);
+  system.close(handle);
+}
+
 TEST(V4l2Vivid, CapturesWithEveryKindOfMemory) {
   LinuxVideoSystem system;
   if (!is_vivid(system, "/dev/video0")) GTEST_SKIP() << "/dev/video0 is not there, or not of vivid";
+  stamp_start_of_exposure(system, "/dev/video0");
   for (const BufferMemory memory :
        {BufferMemory::kMapped, BufferMemory::kExported, BufferMemory::kUserPointer}) {
     VideoConfig config;

@@ -1,31 +1,17 @@
-// An arm's drives and joints: what becomes of velocities that are sent to them. A joint follows its command
-// as a first-order lag, within what its motor can do, between hard stops:
-//
-//   v' = clamp((command - v) / time_constant, +-acceleration) + load
-//
-// It is integrated exactly, whatever the step. Defaults and what is left out: docs/plant.md.
+// An arm's drives: what becomes of velocities that are sent to them. How a joint moves is in
+// joint_motion.hpp; defaults and what is left out: docs/plant.md.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <numbers>
 
 #include "algo/arm_kinematics.hpp"
 #include "hal/arm.hpp"
+#include "tools/plant/joint_motion.hpp"
 
 namespace vergence::plant {
 
 using JointArray = std::array<double, kMaxJoints>;
-
-struct JointDrive {
-  double min_rad = -std::numbers::pi;  // hard stops
-  double max_rad = std::numbers::pi;
-  double velocity_rad_per_s = 2;  // commands beyond it are clamped
-  double acceleration_rad_per_s2 = 20;
-  double quick_stop_rad_per_s2 = 20;  // also of the brakes of a joint without torque
-  double time_constant_s = 0.020;
-  double counts_per_rad = 0x1p20 / (2 * std::numbers::pi);
-};
 
 struct ArmServoOptions {
   int joints = kMaxJoints;

@@ -1,0 +1,82 @@
+// The simulated robot behind the kernel's devices, and the course of a run: each millisecond the world moves;
+// frames, edges and faults are taken when they come. It sleeps until one of them does, so that virtual time
+// can go on.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "firmware_like/config/controller_config.hpp"
+#include "tools/report/log_table.hpp"
+#include "tools/rig/controller_process.hpp"
+#include "tools/rig/drive_bank.hpp"
+#include "tools/rig/picture_feed.hpp"
+#include "tools/rig/picture_schedule.hpp"
+#include "tools/rig/rig_log.hpp"
+#include "tools/rig/rig_scenario.hpp"
+#include "tools/rig/rig_world.hpp"
+#include "tools/rig/trace_reader.hpp"
+#include "tools/rig/vivid.hpp"
+
+namespace vergence::rig {
+
+class PlantLoop {
+ public:
+  // Throws RigError where a device is missing, InputError where the scene is wrong, std::runtime_error where
+  // the arm cannot be at the start. The robot is the one the controller's configuration describes.
+  PlantLoop(const RigScenario& scenario, const ControllerConfig& config, ControllerProcess& controller);
+
+  // From now on for the scenario's duration. Throws RigError where a device fails by itself.
+  void run();
+
+  [[nodiscard]] const tools::LogTable& log() const { return log_; }
+  [[nodiscard]] const Judge& judge() const { return judge_; }
+  [[nodiscard]] PictureCounts pictures(int side) { return feed_.counts(side); }
+  [[nodiscard]] const DriveBank& drives() const { return drives_; }
+  [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
+  [[nodiscard]] std::int64_t start_ns() const { return start_ns_; }
+  [[nodiscard]] std::int64_t worst_lateness_ns() const { return worst_lateness_ns_; }
+
+ private:
+  enum class Phase {
+    kWaiting,
+    kActive,
+    kOver,
+  };
+
+  void tick(std::int64_t tick);
+  void keep_faults(double t_s);
+  void begin(const FaultEvent& fault);
+  void hold(const FaultEvent& fault, std::int64_t tick);
+  void end(const FaultEvent& fault);
+  void take_trace();
+  void show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H);
+
+  RigScenario scenario_;
+  const ControllerConfig& config_;
+  ControllerProcess& controller_;
+  std::int64_t start_ns_;  // on a whole millisecond
+  RigWorld world_;
+  DriveBank drives_;
+  EyeMotors eyes_;
+  TraceReader trace_;
+  std::array<Vivid, 2> cameras_;
+  PictureFeed feed_;
+  Judge judge_;
+  tools::LogTable log_;
+
+  std::vector<Phase> phases_;
+  std::array<PictureSchedule, 2> schedules_;
+  std::array<int, 2> minors_;
+  std::int64_t tick_ = 0;
+  std::uint64_t pictures_ = 0;
+  std::int64_t worst_lateness_ns_ = 0;
+  Vector3 tool_W_mm_ = Vector3::Zero();
+  double fastest_mm_per_s_ = 0;
+};
+
+}  // namespace vergence::rig
