@@ -2,6 +2,7 @@
 // object, placed statically; between start() and stop() nothing here allocates or waits but for the time.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -250,7 +251,10 @@ template <Devices D>
 template <typename Body>
 void Executive<D>::run_periodically(TaskId id, Body&& body) {
   begin_task(id);
-  rt::PeriodicSchedule schedule(start_ns_, task(id).period_ns);
+  // All on one grid, but none late for releases before it was there.
+  const std::int64_t period_ns = task(id).period_ns;
+  const std::int64_t behind_ns = std::max<std::int64_t>(clock_.now_ns() - start_ns_, 0);
+  rt::PeriodicSchedule schedule(start_ns_ + (behind_ns + period_ns - 1) / period_ns * period_ns, period_ns);
   rt::run_periodic(clock_, sleeper_, schedule, summaries_[index(id)].timing, stop_,
                    [&](const rt::Release& release) {
                      body(release);
