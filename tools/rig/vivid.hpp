@@ -38,7 +38,7 @@ class Vivid {
   void open();
   void set_up_camera();
   void set_up_display();
-  void queue(std::uint32_t buffer);
+  void queue(std::uint32_t index);
   void set_control(const char* name, int value);
   void close();
 
