@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # The rig itself: the device tests run in its kernel, nothing on this machine changes, and the probe of each driver
-# finds what the plant did, twice the same to the byte. Skipped (77) where Debian's kernel source is not installed and
+# finds what the plant did, twice the same to the byte; and single scenarios of the controller. Skipped (77) where Debian's kernel source is not installed and
 # cannot be, or no kernel is built yet and none is to be.
 #
-#   rig_test.sh BUILD_FOLDER self_check|probe
+#   rig_test.sh BUILD_FOLDER self_check|probe|SCENARIO_WITH_UNDERSCORES
 set -euo pipefail
 build=$1
 part=$2
@@ -41,5 +41,6 @@ case $part in
     awk -v a="$said" -v b="$did" 'BEGIN { split(a, x, " "); split(b, y, " "); d = x[4] - y[4]
       exit !(d < 1.2e-5 && d > -1.2e-5 && x[8] == y[8]) }' || fail "the probe says '$said', the plant '$did'"
     ;;
-  *) fail "rig_test.sh BUILD_FOLDER self_check|probe" ;;
+  # vergenced itself, judged by what the plant's motors did.
+  *) run "${part//_/-}" --out "$out/$part" ;;
 esac
