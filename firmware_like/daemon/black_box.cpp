@@ -24,10 +24,10 @@ Yuv of_rgb(int r, int g, int b) {
 
 // Packed 4:2:2: the chroma of a pixel is that of its pair.
 Yuv packed_at(const std::uint8_t* row, int x, bool luma_first) {
-  const std::uint8_t* const pair = &row[std::ptrdiff_t{4} * (x / 2)];
-  const int odd = x & 1;
-  if (luma_first) return {pair[2 * odd], pair[1], pair[3]};
-  return {pair[2 * odd + 1], pair[0], pair[2]};
+  const auto pair = static_cast<std::size_t>(x / 2) * 4;
+  const auto odd = static_cast<std::size_t>(x % 2) * 2;
+  if (luma_first) return {row[pair + odd], row[pair + 1], row[pair + 3]};
+  return {row[pair + odd + 1], row[pair], row[pair + 2]};
 }
 
 Yuv pixel_at(const ImageView& image, int x, int y) {
