@@ -36,17 +36,36 @@ Corners quarter_turn(const Corners& corners, const Board& square_board) {
   });
 }
 
-// Least distance between neighbours, in pixels.
-double spacing(const Corners& corners, const Board& board) {
+// Distance of a corner to its nearest neighbour, in pixels.
+double room_px(const std::vector<cv::Point2f>& points, const Board& board, int column, int row) {
+  const cv::Point2f& here = points[at(board, column, row)];
   double least = HUGE_VAL;
+  const auto look = [&](int x, int y) {
+    if (x < 0 || y < 0 || x >= board.columns || y >= board.rows) return;
+    least = std::min(least, cv::norm(points[at(board, x, y)] - here));
+  };
+  look(column - 1, row);
+  look(column + 1, row);
+  look(column, row - 1);
+  look(column, row + 1);
+  return least;
+}
+
+// Each corner in a window of its own size: as large as it may be without reaching another edge (more pixels,
+// less noise), and no larger than the edges are straight.
+void refine(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& points) {
+  constexpr double kShare = 0.3;
+  constexpr int kLargest = 10;
+  const std::vector<cv::Point2f> found = points;
   for (int row = 0; row < board.rows; ++row) {
     for (int column = 0; column < board.columns; ++column) {
-      const Vector2& here = corners[at(board, column, row)];
-      if (column > 0) least = std::min(least, (here - corners[at(board, column - 1, row)]).norm());
-      if (row > 0) least = std::min(least, (here - corners[at(board, column, row - 1)]).norm());
+      const int half = std::clamp(static_cast<int>(kShare * room_px(found, board, column, row)), 2, kLargest);
+      std::vector<cv::Point2f> one{points[at(board, column, row)]};
+      cv::cornerSubPix(grey, one, {half, half}, {-1, -1},
+                       {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 60, 1e-4});
+      points[at(board, column, row)] = one[0];
     }
   }
-  return least;
 }
 
 // Level of a square's middle; of 3 x 3 pixels.
@@ -122,18 +141,10 @@ std::optional<Corners> find_corners(const tools::GreyImage& image, const Board& 
   const cv::Mat grey(image.height_px, image.width_px, CV_8U, const_cast<std::uint8_t*>(image.data.data()));
   std::vector<cv::Point2f> points = detect(grey, {board.columns, board.rows});
   if (points.size() != board.corners()) return {};
-  const auto as_corners = [&] {
-    Corners corners;
-    for (const cv::Point2f& point : points) corners.emplace_back(point.x, point.y);
-    return corners;
-  };
-  // The window must not reach the neighbours; beyond ten pixels it gathers the lens's curvature and no more
-  // corner.
-  const double room_px = spacing(as_corners(), board);
-  const int half_window = std::clamp(static_cast<int>(0.4 * room_px), 2, 10);
-  cv::cornerSubPix(grey, points, {half_window, half_window}, {-1, -1},
-                   {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 60, 1e-4});
-  return in_order(image, as_corners(), board, direction);
+  refine(grey, board, points);
+  Corners corners;
+  for (const cv::Point2f& point : points) corners.emplace_back(point.x, point.y);
+  return in_order(image, std::move(corners), board, direction);
 }
 
 }  // namespace vergence::calibrate
