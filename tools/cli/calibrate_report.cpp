@@ -1,8 +1,10 @@
 #include "tools/cli/calibrate_report.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <ostream>
 
 namespace vergence::tools {
@@ -34,6 +36,18 @@ void print_warnings(std::ostream& out, const std::vector<std::string>& warnings)
   for (const std::string& warning : warnings) out << "warning: " << warning << '\n';
 }
 
+void print_skipped(std::ostream& out, const std::vector<std::string>& skipped) {
+  for (const std::string& picture : skipped) out << "skipped " << picture << '\n';
+}
+
+// Standard deviations along three axes together.
+double sigma_mm(const Matrix6& covariance) {
+  return std::sqrt(covariance.diagonal().head<3>().sum());
+}
+double sigma_deg(const Matrix6& covariance) {
+  return std::sqrt(covariance.diagonal().tail<3>().sum()) * 180 / std::numbers::pi;
+}
+
 Json matrix_json(const Transform& T) {
   Json numbers = Json::array();
   for (int row = 0; row < 3; ++row) {
@@ -63,7 +77,7 @@ void print_stereo(std::ostream& out, const calibrate::StereoCalibration& result,
         << (view.used ? "\n" : "  left out\n");
     used += view.used ? 1 : 0;
   }
-  for (const std::string& picture : skipped) out << "skipped " << picture << '\n';
+  print_skipped(out, skipped);
 
   out << "\n            left    +-           right   +-\n";
   for (std::size_t i = 0; i < kNames.size(); ++i) {
@@ -113,6 +127,98 @@ std::string to_json(const calibrate::StereoCalibration& result, const std::vecto
   }
   json["skipped"] = skipped;
   json["warnings"] = result.warnings;
+  return json.dump(2) + "\n";
+}
+
+void print_hand_eye(std::ostream& out, const calibrate::HandEye& result,
+                    const std::vector<std::string>& skipped) {
+  out << "  view  left px  right px  board off mm  deg\n";
+  for (const calibrate::HandEyeView& view : result.views) {
+    out << format("%6d %8.3f  %8.3f  %12.3f  %.3f\n", view.number, view.rms_px[0], view.rms_px[1],
+                  view.off_mm, view.off_deg);
+  }
+  print_skipped(out, skipped);
+
+  out << "\nclosed form, RMS px:";
+  for (const calibrate::HandEyeMethod& method : result.methods)
+    out << (std::isfinite(method.rms_px) ? format("  %s %.3f", method.name.c_str(), method.rms_px)
+                                         : "  " + method.name + " fails");
+  out << "; the best one was refined\n\n                x mm      y mm      z mm    +- mm   +- deg\n";
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Vector3& t = camera_of(result.rig, side).T_H_C.t_mm;
+    out << format("%-10s %9.3f %9.3f %9.3f %8.3f %8.4f\n", kSides[side], t[0], t[1], t[2],
+                  sigma_mm(result.covariance[side]), sigma_deg(result.covariance[side]));
+  }
+  out << format("\nreprojection RMS  left %.3f px, right %.3f px\n", result.rms_px[0], result.rms_px[1])
+      << format("board       RMS %.3f mm, %.4f deg off, as single views have it\n", result.rms_mm,
+                result.rms_deg)
+      << format("hand        errs by %.3f mm and %.4f deg an axis\n", result.hand_mm, result.hand_deg)
+      << format("turns       %.1f deg RMS about the second axis\n", result.turn_deg)
+      << format("stereo      the pose between the cameras moved by %.3f mm, %.4f deg\n", result.moved_mm,
+                result.moved_deg);
+  print_warnings(out, result.warnings);
+}
+
+std::string to_json(const calibrate::HandEye& result, const std::vector<std::string>& skipped) {
+  Json json;
+  for (std::size_t side = 0; side < 2; ++side) {
+    Json covariance = Json::array();
+    for (int row = 0; row < 6; ++row) {
+      for (int column = 0; column < 6; ++column) covariance.push_back(result.covariance[side](row, column));
+    }
+    json[kSides[side]] = {{"T_H_C", matrix_json(camera_of(result.rig, side).T_H_C)},
+                          {"covariance", covariance},
+                          {"sigma_mm", sigma_mm(result.covariance[side])},
+                          {"sigma_deg", sigma_deg(result.covariance[side])},
+                          {"rms_px", result.rms_px[side]}};
+  }
+  json["T_W_B"] = matrix_json(result.T_W_B);
+  json["board_rms_mm"] = result.rms_mm;
+  json["board_rms_deg"] = result.rms_deg;
+  json["hand_mm"] = result.hand_mm;
+  json["hand_deg"] = result.hand_deg;
+  json["turn_deg"] = result.turn_deg;
+  json["stereo_moved_mm"] = result.moved_mm;
+  json["stereo_moved_deg"] = result.moved_deg;
+  json["methods"] = Json::object();
+  for (const calibrate::HandEyeMethod& method : result.methods)
+    json["methods"][method.name] = std::isfinite(method.rms_px) ? Json(method.rms_px) : Json(nullptr);
+  json["views"] = Json::array();
+  for (const calibrate::HandEyeView& view : result.views) {
+    json["views"].push_back({{"view", view.number},
+                             {"left_px", view.rms_px[0]},
+                             {"right_px", view.rms_px[1]},
+                             {"off_mm", view.off_mm},
+                             {"off_deg", view.off_deg}});
+  }
+  json["skipped"] = skipped;
+  json["warnings"] = result.warnings;
+  return json.dump(2) + "\n";
+}
+
+void print_time_offset(std::ostream& out, const calibrate::TimeOffset& result) {
+  out << format("frames      %zu used, %zu left out\n", result.frames, result.left_out)
+      << format("motion      the target passes through the hand at %.1f mm/s, %.2f deg/s RMS\n",
+                result.speed_mm_per_s, result.speed_deg_per_s)
+      << format("offset      %+.3f +- %.3f ms (95 %%)\n", result.offset_ms, result.half_width_ms)
+      << format(
+             "target      wanders in the world by %.3f mm, %.3f deg; without the offset %.3f mm, %.3f deg\n",
+             result.after_mm, result.after_deg, result.before_mm, result.before_deg)
+      << "\nFor the controller's configuration (add what stood there while the stamps were taken):\n"
+      << format("[cameras]\nstamp_to_mid_exposure_ms = %.3f\n", result.offset_ms);
+}
+
+std::string to_json(const calibrate::TimeOffset& result) {
+  const Json json{{"stamp_to_mid_exposure_ms", result.offset_ms},
+                  {"half_width_ms", result.half_width_ms},
+                  {"frames", result.frames},
+                  {"left_out", result.left_out},
+                  {"speed_mm_per_s", result.speed_mm_per_s},
+                  {"speed_deg_per_s", result.speed_deg_per_s},
+                  {"before_mm", result.before_mm},
+                  {"before_deg", result.before_deg},
+                  {"after_mm", result.after_mm},
+                  {"after_deg", result.after_deg}};
   return json.dump(2) + "\n";
 }
 
