@@ -16,6 +16,7 @@ void add_demo_command(CLI::App& app);
 void add_bringup_command(CLI::App& app);
 void add_config_command(CLI::App& app);
 void add_controller_commands(CLI::App& app);
+void add_calibrate_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 
 }  // namespace vergence::tools

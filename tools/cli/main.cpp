@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   vergence::tools::add_estimate_command(app);
   vergence::tools::add_fitness_map_command(app);
   vergence::tools::add_model_command(app);
+  vergence::tools::add_calibrate_command(app);
   vergence::tools::add_render_command(app);
   vergence::tools::add_bench_command(app);
   vergence::tools::add_accuracy_command(app);
