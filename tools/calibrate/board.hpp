@@ -21,7 +21,8 @@ struct Board {
   [[nodiscard]] bool is_symmetric() const { return (columns + rows) % 2 == 0; }
   [[nodiscard]] Vector3 corner_mm(std::size_t index) const {
     const auto i = static_cast<int>(index);
-    return {square_mm * (i % columns), square_mm * (i / columns), 0};
+    const int row = i / columns;
+    return {square_mm * (i - row * columns), square_mm * row, 0};
   }
   [[nodiscard]] Vector3 centre_mm() const {
     return {0.5 * square_mm * (columns - 1), 0.5 * square_mm * (rows - 1), 0};

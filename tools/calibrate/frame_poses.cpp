@@ -36,8 +36,8 @@ std::map<int, double> read_stamps(const fs::path& file) {
 
 class JsonLine {
  public:
-  JsonLine(const fs::path& file, int line, const std::string& text) : file_(file), line_(line) {
-    json_ = Json::parse(text, nullptr, false);
+  JsonLine(const fs::path& file, int line, const std::string& text)
+      : file_(file), line_(line), json_(Json::parse(text, nullptr, false)) {
     if (!json_.is_object()) fail("", "is no JSON object");
   }
 
