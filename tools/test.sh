@@ -20,12 +20,12 @@ tools/setup.sh rig || echo "tools/test.sh: the rig is left out: its packages can
 if [ "$quick" = 0 ]; then
   echo "== sanitizers"
   tools/build.sh asan-ubsan
-  ctest --preset asan-ubsan -j "$jobs" --label-exclude 'lint|instructions' --quiet --output-on-failure
+  ctest --preset asan-ubsan -j "$jobs" --label-exclude 'lint|instructions' --output-on-failure
   echo "== arm64, emulated"
   tools/setup.sh cross
   tools/cross-sysroot.sh
   tools/build.sh aarch64
-  ctest --preset aarch64 -j "$jobs" --quiet --output-on-failure
+  ctest --preset aarch64 -j "$jobs" --output-on-failure
 fi
 echo "== release"
 tools/build.sh release

@@ -349,7 +349,7 @@ TEST(NoHeap, TheExecutiveDoesNotAllocate) {
       task.calls = opened ? counter.calls() : -2;
     }
   };
-  static rt::RtStack<std::size_t{128} * 1024> stack;
+  static rt::RtStack<std::size_t{256} * 1024> stack;
   const auto task = std::make_unique<Task>();
   rt::RtThread thread;
   rt::RtThreadConfig config;
