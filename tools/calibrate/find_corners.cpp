@@ -141,8 +141,7 @@ std::optional<Corners> find_corners(const tools::GreyImage& image, const Board& 
   const cv::Mat grey(image.height_px, image.width_px, CV_8U, const_cast<std::uint8_t*>(image.data.data()));
   std::vector<cv::Point2f> points = detect(grey, {board.columns, board.rows});
   if (points.size() != board.corners()) return {};
-  // cornerSubPix takes slopes from neighbouring pixels, which sharp edges fool by 0.03 px; blurred ones by
-  // 0.01 px.
+  // cornerSubPix takes slopes from neighbouring pixels, which sharp edges fool: blurred ones halve its error.
   constexpr double kBlur_px = 1.5;
   cv::Mat soft;
   cv::GaussianBlur(grey, soft, {}, kBlur_px);

@@ -8,7 +8,9 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
-#include "tools/calibrate/least_squares.hpp"
+#include "tools/calibrate/board_pose.hpp"
+#include "tools/calibrate/hand_errors.hpp"
+#include "tools/calibrate/hand_eye_fit.hpp"
 #include "tools/calibrate/opencv_types.hpp"
 #include "tools/calibrate/slopes.hpp"
 #include "tools/calibrate/stereo_fit.hpp"
@@ -25,285 +27,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLeastTurn_deg = 4;
 constexpr double kGoodTurn_deg = 12;
 constexpr std::size_t kEnoughHandPoses = 12;
-
-struct View {
-  int number = 0;
-  Transform T_W_H;
-  CornerPair corners;
-};
-
-// What is fitted. With a kept pose between the cameras the right one follows the left.
-struct State {
-  std::array<Transform, 2> T_H_C;
-  Transform T_W_B;
-  std::vector<Vector6>
-      hand_errors;  // one a view: increments from the T_W_H that was measured to the true one
-};
-
-// Products of a view's slopes: J by the parameters, H by the view's hand pose.
-struct ViewBlocks {
-  explicit ViewBlocks(Eigen::Index parameters)
-      : JtJ(Eigen::MatrixXd::Zero(parameters, parameters)),
-        JtH(Eigen::MatrixXd::Zero(parameters, 6)),
-        Jtr(Eigen::VectorXd::Zero(parameters)) {}
-
-  Eigen::MatrixXd JtJ;
-  Eigen::Matrix<double, Eigen::Dynamic, 6> JtH;
-  Matrix6 HtH = Matrix6::Zero();
-  Eigen::VectorXd Jtr;
-  Vector6 Htr = Vector6::Zero();
-  double squares = 0;
-};
-
-class Fit {
- public:
-  using Slopes = Eigen::Matrix<double, 2, Eigen::Dynamic>;  // by the parameters
-  using HandSlopes = Eigen::Matrix<double, 2, 6>;           // by an increment of the view's T_W_H
-
-  Fit(std::vector<View> views, const Board& board, const StereoRig& rig, bool keep_stereo)
-      : views_(std::move(views)),
-        board_(board),
-        cameras_{rig.left, rig.right},
-        T_CL_CR_(rig.left.T_H_C.inverse() * rig.right.T_H_C),
-        keep_stereo_(keep_stereo) {}
-
-  // Increments: of T_H_CL, of T_W_B, and of T_H_CR where it is free.
-  [[nodiscard]] Eigen::Index parameters() const { return keep_stereo_ ? 12 : 18; }
-
-  [[nodiscard]] State plus(State state, const Eigen::VectorXd& increments) const {
-    state.T_H_C[0] = moved(state.T_H_C[0], increments.head<6>());
-    state.T_W_B = moved(state.T_W_B, increments.segment<6>(6));
-    state.T_H_C[1] =
-        keep_stereo_ ? state.T_H_C[0] * T_CL_CR_ : moved(state.T_H_C[1], increments.segment<6>(12));
-    return state;
-  }
-
-  // Sum of squares, infinite where a corner is not in front of a camera.
-  [[nodiscard]] double evaluate(const State& state, NormalEquations* equations) const {
-    double squares = 0;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      squares +=
-          visit(state, v, equations != nullptr, [&](const Vector2& r, const Slopes& J, const HandSlopes&) {
-            equations->JtJ.noalias() += J.transpose() * J;
-            equations->Jtr.noalias() += J.transpose() * r;
-          });
-    }
-    return squares;
-  }
-
-  void minimise(State& state) const {
-    calibrate::minimise(
-        state, parameters(),
-        [&](const State& s, NormalEquations* equations) { return evaluate(s, equations); },
-        [&](const State& s, const Eigen::VectorXd& increments) { return plus(s, increments); });
-  }
-
-  // Every view by itself, at a state.
-  [[nodiscard]] std::vector<ViewBlocks> linearise(const State& state) const {
-    std::vector<ViewBlocks> blocks;
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      ViewBlocks& b = blocks.emplace_back(parameters());
-      b.squares = visit(state, v, true, [&](const Vector2& r, const Slopes& J, const HandSlopes& H) {
-        b.JtJ.noalias() += J.transpose() * J;
-        b.JtH.noalias() += J.transpose() * H;
-        b.HtH.noalias() += H.transpose() * H;
-        b.Jtr.noalias() += J.transpose() * r;
-        b.Htr.noalias() += H.transpose() * r;
-      });
-    }
-    return blocks;
-  }
-
-  [[nodiscard]] double rms_px(const State& state) const {
-    const double count = 2.0 * static_cast<double>(views_.size() * board_.corners());
-    return std::sqrt(evaluate(state, nullptr) / count);
-  }
-
-  [[nodiscard]] const std::vector<View>& views() const { return views_; }
-  [[nodiscard]] const std::array<CameraModel, 2>& cameras() const { return cameras_; }
-  [[nodiscard]] const Transform& T_CL_CR() const { return T_CL_CR_; }
-  [[nodiscard]] const Board& board() const { return board_; }
-
- private:
-  // Calls `each` with every corner's residual and slopes, where they are wanted. Returns the sum of squares.
-  template <class Each>
-  double visit(const State& state, std::size_t v, bool with_slopes, Each&& each) const {
-    double squares = 0;
-    const View& view = views_[v];
-    const Transform T_H_W = moved(view.T_W_H, state.hand_errors[v]).inverse();
-    const Transform T_CR_CL = T_CL_CR_.inverse();
-    for (std::size_t side = 0; side < 2; ++side) {
-      const Transform T_C_H = state.T_H_C[side].inverse();
-      const bool follows = side == 1 && keep_stereo_;
-      for (std::size_t i = 0; i < board_.corners(); ++i) {
-        const Vector3 p_B = board_.corner_mm(i);
-        const Vector3 p_H = T_H_W * (state.T_W_B * p_B);
-        const Vector3 p_C = T_C_H * p_H;
-        Vector2 uv;
-        Eigen::Matrix<double, 2, 3> by_point;
-        if (!project(cameras_[side], p_C, uv, by_point)) return kInfinity;
-        const Vector2 r = uv - view.corners[side][i];
-        squares += r.squaredNorm();
-        if (!with_slopes) continue;
-        Slopes J = Slopes::Zero(2, parameters());
-        if (follows) {
-          J.leftCols<6>() = by_point * T_CR_CL.R * inverse_pose_slope(T_CL_CR_ * p_C);
-        } else {
-          J.middleCols<6>(side == 0 ? 0 : 12) = by_point * inverse_pose_slope(p_C);
-        }
-        J.middleCols<6>(6) = by_point * T_C_H.R * T_H_W.R * pose_slope(state.T_W_B, p_B);
-        each(r, J, by_point * T_C_H.R * inverse_pose_slope(p_H));
-      }
-    }
-    return squares;
-  }
-
-  std::vector<View> views_;
-  const Board& board_;
-  std::array<CameraModel, 2> cameras_;
-  Transform T_CL_CR_;
-  bool keep_stereo_;
-};
-
-// How large the errors are: of the corners, and of the hand poses, variances an axis.
-struct Noise {
-  double corner_px2 = 0;
-  double hand_mm2 = 0;
-  double hand_rad2 = 0;
-};
-
-// Corner errors scatter within a view; what a view's corners share belongs to its hand pose.
-double corner_variance_px2(const std::vector<ViewBlocks>& blocks, const Board& board) {
-  constexpr double kLeast_px2 = 1e-6;  // exact corners too must leave the equations solvable
-  double squares = 0;
-  for (const ViewBlocks& b : blocks) squares += b.squares - b.Htr.dot(b.HtH.ldlt().solve(b.Htr));
-  const double left_over = static_cast<double>(blocks.size()) *
-                           (4.0 * static_cast<double>(board.corners()) - 6);  // u and v in two cameras
-  return std::max(kLeast_px2, squares / left_over);
-}
-
-struct Step {
-  Eigen::VectorXd increments;
-  Eigen::MatrixXd covariance;
-  std::vector<Vector6> hand_errors;
-  Noise noise;  // with the hand's part as these errors have it
-};
-
-// Best increments and hand errors under `noise`, and what that says of the noise of the hand. Nothing where
-// the views do not determine the parameters.
-std::optional<Step> solve(const std::vector<ViewBlocks>& blocks, const std::vector<Vector6>& hand_errors,
-                          const Noise& noise) {
-  Vector6 weight;
-  weight << Vector3::Constant(1 / noise.hand_mm2), Vector3::Constant(1 / noise.hand_rad2);
-  const double corner = 1 / noise.corner_px2;
-  // The hand errors are eliminated view by view.
-  std::vector<Matrix6> of_hand;
-  const Eigen::Index parameters = blocks.front().Jtr.size();
-  Eigen::MatrixXd JtJ = Eigen::MatrixXd::Zero(parameters, parameters);
-  Eigen::VectorXd Jtr = Eigen::VectorXd::Zero(parameters);
-  for (std::size_t v = 0; v < blocks.size(); ++v) {
-    const ViewBlocks& b = blocks[v];
-    const Matrix6 information = corner * b.HtH + Matrix6(weight.asDiagonal());
-    const auto inverted = inverse(information);
-    if (!inverted) return {};
-    of_hand.emplace_back(*inverted);
-    const Vector6 gradient = corner * b.Htr + weight.cwiseProduct(hand_errors[v]);
-    JtJ += corner * b.JtJ - corner * corner * b.JtH * of_hand.back() * b.JtH.transpose();
-    Jtr += corner * b.Jtr - corner * b.JtH * of_hand.back() * gradient;
-  }
-  const auto inverted = inverse(JtJ);
-  if (!inverted) return {};
-  Step step{-(*inverted * Jtr), *inverted, {}, {noise.corner_px2, 0, 0}};
-  for (std::size_t v = 0; v < blocks.size(); ++v) {
-    const ViewBlocks& b = blocks[v];
-    const Vector6 gradient = corner * b.Htr + weight.cwiseProduct(hand_errors[v]);
-    const Vector6 error =
-        hand_errors[v] - of_hand[v] * (gradient + corner * b.JtH.transpose() * step.increments);
-    step.hand_errors.push_back(error);
-    const Eigen::Matrix<double, 6, Eigen::Dynamic> by_parameters = corner * of_hand[v] * b.JtH.transpose();
-    const Matrix6 scatter =
-        error * error.transpose() + of_hand[v] + by_parameters * step.covariance * by_parameters.transpose();
-    const double share = 1 / (3 * static_cast<double>(blocks.size()));
-    step.noise.hand_mm2 += share * scatter.diagonal().head<3>().sum();
-    step.noise.hand_rad2 += share * scatter.diagonal().tail<3>().sum();
-  }
-  return step;
-}
-
-struct Refined {
-  State state;
-  Eigen::MatrixXd covariance;
-  Noise noise;
-};
-
-// From the fit that trusts the hand to the one that gives each view's hand pose an error, of a size that is
-// found as well (expectation and maximisation). An arm errs by more pixels than corners do: whoever trusts it
-// makes the cameras' orientation pay for its position.
-std::optional<Refined> allow_hand_errors(const Fit& fit, const State& start) {
-  constexpr int kLinearisations = 5;
-  constexpr int kMostRounds = 400;
-  constexpr double kSettled = 1e-4;
-  constexpr double kLeast_mm2 = 1e-10;
-  constexpr double kLeast_rad2 = 1e-16;
-  Refined result{start, {}, {0, 1, 1e-4}};  // 1 mm and half a degree, to begin with
-  for (int i = 0; i < kLinearisations; ++i) {
-    const std::vector<ViewBlocks> blocks = fit.linearise(result.state);
-    result.noise.corner_px2 = corner_variance_px2(blocks, fit.board());
-    std::optional<Step> step;
-    for (int round = 0; round < kMostRounds; ++round) {
-      step = solve(blocks, result.state.hand_errors, result.noise);
-      if (!step) return {};
-      const double change = std::max(std::abs(step->noise.hand_mm2 / result.noise.hand_mm2 - 1),
-                                     std::abs(step->noise.hand_rad2 / result.noise.hand_rad2 - 1));
-      result.noise.hand_mm2 = std::max(kLeast_mm2, step->noise.hand_mm2);
-      result.noise.hand_rad2 = std::max(kLeast_rad2, step->noise.hand_rad2);
-      if (change < kSettled) break;
-    }
-    result.state = fit.plus(result.state, step->increments);
-    result.state.hand_errors = step->hand_errors;
-    result.covariance = step->covariance;
-  }
-  return result;
-}
-
-// The board's pose in one camera, by its own picture alone.
-Transform board_in_camera(const CameraModel& camera, const Board& board, const Corners& corners) {
-  cv::Mat rotation;
-  cv::Mat translation;
-  cv::solvePnP(board_points(board), image_points(corners), camera_matrix(camera), distortion_of(camera),
-               rotation, translation);
-  return transform_of(rotation, translation);
-}
-
-// The board's pose in the left camera, by both pictures.
-Transform board_in_left(const std::array<CameraModel, 2>& cameras, const Transform& T_CR_CL,
-                        const Board& board, const CornerPair& corners) {
-  const auto evaluate = [&](const Transform& T_CL_B, NormalEquations* equations) {
-    double squares = 0;
-    for (std::size_t i = 0; i < board.corners(); ++i) {
-      const Vector3 p_B = board.corner_mm(i);
-      const Vector3 p_L = T_CL_B * p_B;
-      for (std::size_t side = 0; side < 2; ++side) {
-        Vector2 uv;
-        Eigen::Matrix<double, 2, 3> by_point;
-        if (!project(cameras[side], side == 0 ? p_L : T_CR_CL * p_L, uv, by_point)) return kInfinity;
-        const Vector2 r = uv - corners[side][i];
-        squares += r.squaredNorm();
-        if (equations == nullptr) continue;
-        if (side == 1) by_point *= T_CR_CL.R;
-        const Eigen::Matrix<double, 2, 6> J = by_point * pose_slope(T_CL_B, p_B);
-        equations->JtJ += J.transpose() * J;
-        equations->Jtr += J.transpose() * r;
-      }
-    }
-    return squares;
-  };
-  Transform T_CL_B = board_in_camera(cameras[0], board, corners[0]);
-  minimise(T_CL_B, 6, evaluate, [](const Transform& T, const Eigen::VectorXd& increment) {
-    return moved(T, increment.head<6>());
-  });
-  return T_CL_B;
-}
 
 // The mean of poses that hardly differ.
 Transform mean_pose(const std::vector<Transform>& poses) {
@@ -323,7 +46,7 @@ Transform mean_pose(const std::vector<Transform>& poses) {
 
 // RMS angles by which the hand turned between any two views, about the axis it turned most about, the next,
 // the last.
-Vector3 turns_deg(const std::vector<View>& views) {
+Vector3 turns_deg(const std::vector<HandView>& views) {
   Matrix3 scatter = Matrix3::Zero();
   double count = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -365,9 +88,9 @@ InputError contradiction(const std::filesystem::path& table) {
           "stand still?"};
 }
 
-std::vector<View> views_of(const std::filesystem::path& table, const std::map<int, Transform>& T_W_H,
-                           const Sightings& sightings) {
-  std::vector<View> views;
+std::vector<HandView> views_of(const std::filesystem::path& table, const std::map<int, Transform>& T_W_H,
+                               const Sightings& sightings) {
+  std::vector<HandView> views;
   for (const Sighting& sighting : sightings.seen) {
     const auto pose = T_W_H.find(sighting.pair.number);
     if (pose == T_W_H.end()) {
@@ -389,7 +112,7 @@ std::vector<View> views_of(const std::filesystem::path& table, const std::map<in
 }
 
 // A closed form for the place of a camera. Nothing where it fails.
-std::optional<Transform> closed_form(cv::HandEyeCalibrationMethod method, const std::vector<View>& views,
+std::optional<Transform> closed_form(cv::HandEyeCalibrationMethod method, const std::vector<HandView>& views,
                                      const std::vector<Transform>& T_C_B) {
   std::array<std::vector<cv::Mat>, 4> lists;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -421,17 +144,17 @@ constexpr std::array kMethods{
     Method{"Daniilidis", cv::CALIB_HAND_EYE_DANIILIDIS}};
 
 // The best of the closed forms, by the error of all corners.
-State start(const Fit& fit, std::vector<HandEyeMethod>& methods) {
+HandEyeState start(const HandEyeFit& fit, std::vector<HandEyeMethod>& methods) {
   std::array<std::vector<Transform>, 2> T_C_B;
-  for (const View& view : fit.views()) {
+  for (const HandView& view : fit.views()) {
     for (std::size_t side = 0; side < 2; ++side)
       T_C_B[side].push_back(board_in_camera(fit.cameras()[side], fit.board(), view.corners[side]));
   }
   const std::vector<Vector6> no_errors(fit.views().size(), Vector6::Zero());
-  State best{{}, {}, no_errors};
+  HandEyeState best{{}, {}, no_errors};
   double least = kInfinity;
   for (const Method& method : kMethods) {
-    State state{{}, {}, no_errors};
+    HandEyeState state{{}, {}, no_errors};
     bool good = true;
     for (std::size_t side = 0; side < 2; ++side) {
       const auto T_H_C = closed_form(method.method, fit.views(), T_C_B[side]);
@@ -457,10 +180,10 @@ State start(const Fit& fit, std::vector<HandEyeMethod>& methods) {
   return best;
 }
 
-void describe_views(const Fit& fit, const State& state, HandEye& result) {
+void describe_views(const HandEyeFit& fit, const HandEyeState& state, HandEye& result) {
   const Transform T_CR_CL = state.T_H_C[1].inverse() * state.T_H_C[0];
   const Vector3 centre = state.T_W_B * fit.board().centre_mm();
-  for (const View& view : fit.views()) {
+  for (const HandView& view : fit.views()) {
     HandEyeView described;
     described.number = view.number;
     for (std::size_t side = 0; side < 2; ++side) {
@@ -527,14 +250,14 @@ void add_warnings(const Transform& T_CL_CR_before, HandEye& result) {
 HandEye calibrate_hand_eye(const std::filesystem::path& table, const std::map<int, Transform>& T_W_H,
                            const Sightings& sightings, const Board& board, const StereoRig& rig,
                            const HandEyeOptions& options) {
-  std::vector<View> views = views_of(table, T_W_H, sightings);
+  std::vector<HandView> views = views_of(table, T_W_H, sightings);
   const Vector3 turns = turns_deg(views);
   require_turns(table, turns);
-  const Fit fit(std::move(views), board, rig, options.keep_stereo);
+  const HandEyeFit fit(std::move(views), board, rig, options.keep_stereo);
 
   HandEye result;
   result.turn_deg = turns[1];
-  State state = start(fit, result.methods);
+  HandEyeState state = start(fit, result.methods);
   fit.minimise(state);
   const auto refined = allow_hand_errors(fit, state);
   if (!refined) throw contradiction(table);

@@ -8,8 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "tools/calibrate/least_squares.hpp"
-#include "tools/calibrate/opencv_types.hpp"
+#include "tools/calibrate/board_pose.hpp"
 #include "tools/calibrate/view_quality.hpp"
 #include "tools/io/input_error.hpp"
 
@@ -137,15 +136,6 @@ class Calibrator {
   const StereoOptions& options_;
 };
 
-// Where the board was in a view that was left out, by the left camera alone.
-Transform board_in_left(const CameraModel& camera, const Board& board, const Corners& corners) {
-  cv::Mat rotation;
-  cv::Mat translation;
-  cv::solvePnP(board_points(board), image_points(corners), camera_matrix(camera), distortion_of(camera),
-               rotation, translation);
-  return transform_of(rotation, translation);
-}
-
 StereoView describe_view(const StereoFit& fit, const Transform& T_CL_B, bool used, const Board& board,
                          const Sighting& sighting) {
   StereoView view;
@@ -226,7 +216,7 @@ StereoCalibration calibrate_stereo(const std::filesystem::path& directory, const
     const Sighting& sighting = sightings.seen[i];
     const bool used = v < selection.used.size() && selection.used[v] == i;
     const Transform T_CL_B =
-        used ? fit.T_CL_B[v++] : board_in_left(fit.cameras[0], board, sighting.corners[0]);
+        used ? fit.T_CL_B[v++] : board_in_camera(fit.cameras[0], board, sighting.corners[0]);
     result.views.push_back(describe_view(fit, T_CL_B, used, board, sighting));
   }
   std::vector<ViewOfBoard> used_views;
