@@ -6,7 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "algo/motion_limits.hpp"
+#include "firmware_like/task_table.hpp"
 #include "hal/canopen/bus_load.hpp"
+#include "hal/clock.hpp"
 
 namespace vergence {
 namespace {
@@ -451,6 +454,11 @@ ConfigConflict find_eye_conflict(const C& c) {
       return {"eyes", kMotors[i], step::describe(error)};
     }
     const JointLimits& limits = c.robot.eye_limits[i];
+    if (!(limits.min_rad < limits.max_rad)) return {"eyes", kMotors[i], "min_deg is not below max_deg"};
+    if (check(limits, seconds(task(TaskId::kEyes).period_ns)) != Status::kOk) {
+      return {"eyes", kMotors[i],
+              "jerk_rad_per_s3 is too low: acceleration_rad_per_s2 would hardly ever be reached"};
+    }
     const double steps_per_rad = c.robot.eye_control.steps_per_rad[i];
     if (is_beyond(limits.velocity_rad_per_s * steps_per_rad, timing.max_rate_millisteps_per_s)) {
       return {"eyes", kMotors[i],
