@@ -64,8 +64,10 @@ TEST_F(Bringup, WithoutDevicesFailsWithAWholeTable) {
   for (const nlohmann::json& finding : json["findings"]) {
     const std::string check = finding["group"].get<std::string>() + " " + finding["check"].get<std::string>();
     groups.insert(finding["group"]);
-    // Every line of it is in the table.
-    EXPECT_NE(result.output.find(finding["check"].get<std::string>()), std::string::npos) << check;
+    // All of it is in the table; of many skipped alike the first and the last.
+    if (finding["outcome"] != "skipped") {
+      EXPECT_NE(result.output.find(finding["check"].get<std::string>()), std::string::npos) << check;
+    }
     const bool passed = finding["outcome"] == "pass";
     EXPECT_EQ(passed, finding["remedy"].get<std::string>().empty()) << check;
     if (!passed) {
