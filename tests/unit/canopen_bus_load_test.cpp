@@ -124,19 +124,19 @@ TEST(BusLoadTest, SevenAxesFitAt500HzAndNotAt1kHz) {
   for (const CyclicMode mode : {CyclicMode::kVelocity, CyclicMode::kPosition}) {
     config.mode = mode;
     // 55 + 14 * 95 bits each 2 ms, 8 heartbeats of 65 each 20 ms, 7 statuswords of 75 each 100 ms.
-    EXPECT_EQ(bus_load_permille(config, kBitPerS), (692'500 + 26'000 + 5'250) / 1000);
+    EXPECT_EQ(bus_load_permille(config, 0, kBitPerS), (692'500 + 26'000 + 5'250) / 1000);
   }
-  EXPECT_LT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  EXPECT_LT(bus_load_permille(config, 0, kBitPerS), kMostBusLoad_permille);
   config.sync_period_ns = 1'000'000;
   ASSERT_EQ(check(config).finding, ConfigFinding::kNone);
-  EXPECT_GT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  EXPECT_GT(bus_load_permille(config, 0, kBitPerS), kMostBusLoad_permille);
   config.axes = 4;
-  EXPECT_GT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  EXPECT_GT(bus_load_permille(config, 0, kBitPerS), kMostBusLoad_permille);
   config.axes = 3;
-  EXPECT_LT(bus_load_permille(config, kBitPerS), kMostBusLoad_permille);
+  EXPECT_LT(bus_load_permille(config, 0, kBitPerS), kMostBusLoad_permille);
   config.axes = 7;
   config.sync_period_ns = 2'000'000;
-  EXPECT_GT(bus_load_permille(config, kBitPerS / 2), kMostBusLoad_permille);
+  EXPECT_GT(bus_load_permille(config, 0, kBitPerS / 2), kMostBusLoad_permille);
 }
 
 // Frames counted on the bus, each taken as its longest: over a second of steady motion that is the load.
@@ -153,7 +153,7 @@ TEST(BusLoadTest, IsWhatTravels) {
       robot.period();
       for (const CanFrame& frame : robot.heard()) bits += longest_frame_bits(frame.size);
     }
-    EXPECT_NEAR(static_cast<double>(bits) / 1000, static_cast<double>(bus_load_permille(config, kBitPerS)),
+    EXPECT_NEAR(static_cast<double>(bits) / 1000, static_cast<double>(bus_load_permille(config, 0, kBitPerS)),
                 1.001);
   }
 }

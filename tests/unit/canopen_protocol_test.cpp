@@ -269,7 +269,7 @@ TEST(ArmConfigTest, EveryMistakeIsFound) {
 
 TEST(ArmConfigTest, FiltersLetThroughWhatTheMasterReads) {
   std::array<CanFilter, kMaxFilters> filters;
-  const std::size_t count = receive_filters(config_of_drives(), filters);
+  const std::size_t count = receive_filters(config_of_drives(), 0, filters);
   std::set<std::uint32_t> ids;
   for (std::size_t i = 0; i < count; ++i) ids.insert(filters[i].id);
   EXPECT_EQ(ids.size(), 35U);
