@@ -43,8 +43,8 @@ class Axis {
   void sample(std::int64_t now_ns, std::int64_t sync_ns, bool is_stopping);
 
   // Puts what acts with the next SYNC into its place of a frame; the rest of that is another axis's. The
-  // velocity (rad/s) counts where the goal is kOn and the drive is there; it is clamped, and what is no number
-  // counts as zero. Once a period.
+  // velocity (rad/s) counts where the goal is kOn and the drive is there; it is clamped, and what is no
+  // number counts as zero. Once a period.
   void put_target(DriveGoal goal, double velocity_rad_per_s, CanFrame& frame);
   // Sends the controlword that leads towards the goal, which acts at once: where it is another than before,
   // and again where the drive does not say that it followed; a quick stop each period until it does. Once a
