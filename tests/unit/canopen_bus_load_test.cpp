@@ -151,6 +151,10 @@ TEST(BusLoadTest, SevenAxesFitAt1kHzOverTwoBusesThatShareTargets) {
     // SYNC 55, 3 positions of 95, a frame of two targets and one of one each ms, 4 heartbeats, 3 statuswords.
     EXPECT_EQ(bus_load_permille(config, 1, kBitPerS), (570'000 + 13'000 + 2'250) / 1000);
   }
+  config.axis[4].bus = 0;
+  config.axis[4].node_id = 15;
+  EXPECT_EQ(bus_load_permille(config, 0, kBitPerS), (895'000 + 19'500 + 3'750) / 1000);  // five are too many
+  config.axis[4].bus = 1;
   config.share_targets = false;
   EXPECT_EQ(bus_load_permille(config, 0, kBitPerS), (815'000 + 16'250 + 3'000) / 1000);
   EXPECT_GT(bus_load_permille(config, 0, kBitPerS), kMostBusLoad_permille);
