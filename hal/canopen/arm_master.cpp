@@ -50,7 +50,8 @@ void ArmMaster::stop(const ArmFaultRecord& fault) {
 
 void ArmMaster::stop_whole(ArmFaultKind kind, std::uint32_t detail, std::size_t bus) {
   const bool is_one_of_two = bus < bus_count_ && bus_count_ > 1;
-  stop({now_ns_, kind, -1, 0, 0, detail, static_cast<std::int8_t>(is_one_of_two ? bus : -1)});
+  const auto number = static_cast<std::int8_t>(bus);
+  stop({now_ns_, kind, -1, 0, 0, detail, is_one_of_two ? number : std::int8_t{-1}});
 }
 
 void ArmMaster::judge_bus(std::size_t bus, const CanHealth& health) {
