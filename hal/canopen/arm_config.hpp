@@ -43,7 +43,7 @@ struct CanopenArmConfig {
   int axes = kMaxJoints;
   std::array<CanopenAxisConfig, kMaxJoints> axis{};
   CyclicMode mode = CyclicMode::kVelocity;
-  // Of two axes in one frame, where there are two on a bus; drives must know dummy entries [CiA 301, 7.4.8].
+  // Of two axes in one frame, where there are two on a bus; drives must know dummy entries [CiA 301].
   bool share_targets = false;
   bool read_homing = true;     // some drives do not tell; then neither can be asked for
   bool must_be_homed = false;  // otherwise it is a fault

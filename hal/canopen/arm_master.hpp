@@ -121,15 +121,17 @@ class ArmMaster {
   bool fresh_ = false;
 };
 
-// With its bus, or its two, as the controller wants an arm to be. They must outlive it. What the axes do not
-// use of them is left alone.
+// With its bus, or its two, as the controller wants an arm to be. They must outlive it; a second one that no
+// axis is on is left alone.
 template <CanBus Bus>
 class CanopenArm {
  public:
   explicit CanopenArm(Bus& bus) : CanopenArm(bus, bus) {}
   CanopenArm(Bus& first, Bus& second) : buses_{&first, &second} {}
 
+  // kBus as well, where axes are on a second bus and there is none.
   [[nodiscard]] ConfigResult init(const CanopenArmConfig& config, std::int64_t now_ns) {
+    if (bus_count(config) > 1 && buses_[0] == buses_[1]) return {ConfigFinding::kBus, -1};
     return master_.init(config, now_ns);
   }
   // Once a period, before the others.

@@ -23,7 +23,7 @@ struct AxisPdos {
   std::array<const PdoConfig*, 4> all() && = delete;  // they would be gone
 };
 
-// Targets an axis has room for beside its own: 8 bytes hold two.
+// The 8 bytes of a frame hold two targets.
 inline constexpr int kTargetsPerFrame = 2;
 inline constexpr std::uint8_t kTargetBytes = 4;
 

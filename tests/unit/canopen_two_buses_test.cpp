@@ -66,6 +66,13 @@ TEST(CanopenTwoBusesTest, SyncAndHeartbeatGoOutOnBothInTheSamePeriod) {
   EXPECT_EQ(beats, (std::array<int, 2>{5, 5}));
 }
 
+TEST(CanopenTwoBusesTest, AreNotToBeHadOfOne) {
+  MemoryBus bus;
+  CanopenArm<MemoryBus::Port> arm(bus.port(0));
+  EXPECT_EQ(arm.init(config_of_two_buses(), 0).finding, ConfigFinding::kBus);
+  EXPECT_EQ(arm.init(testing::config_of_drives(), 0).finding, ConfigFinding::kNone);
+}
+
 // What has the same identifier on the other bus is somebody else's.
 TEST(CanopenTwoBusesTest, WhatIsSaidOnOneBusIsNotHeardOnTheOther) {
   CanopenRobot robot(config_of_two_buses());
