@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
+#include <utility>
 
 #include "hal/canopen/axis_pdos.hpp"
 #include "hal/canopen/bus_load.hpp"
