@@ -23,8 +23,8 @@ struct Sighting {
   EyeAngles eyes;
 };
 
-using HandHistory = MotionHistory<kMaxJoints>;
-using EyeHistory = MotionHistory<3>;  // tilt, right pan, left pan
+using HandHistory = MotionHistory<kMaxJoints, 128>;  // at 1 ms, four frames
+using EyeHistory = MotionHistory<3>;                 // tilt, right pan, left pan
 
 // What the eyes need to know of hand and target, valid at an instant.
 struct HandView {

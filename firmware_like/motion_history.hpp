@@ -8,10 +8,9 @@
 
 namespace vergence {
 
-template <std::size_t kValues>
+template <std::size_t kValues, std::size_t kSamples = 64>
 class MotionHistory {
  public:
-  static constexpr std::size_t kSamples = 64;  // at 2 ms, four frames
   using Values = std::array<double, kValues>;
 
   void clear() { count_ = 0; }

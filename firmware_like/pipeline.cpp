@@ -15,7 +15,7 @@ Status Pipeline::configure_rest(const RobotConfig& config) {
   supervisor_.configure(config.most_missed_deadlines);
   if (const Status status = belief_.configure(config); status != Status::kOk) return status;
   if (config.has_arm) {
-    const Status status = hand_.configure(config, seconds(task(TaskId::kArm).period_ns));
+    const Status status = hand_.configure(config, seconds(config.arm_period_ns));
     if (status != Status::kOk) return status;
   }
   if (config.has_eyes) return eyes_.configure(config, seconds(task(TaskId::kEyes).period_ns));

@@ -46,7 +46,7 @@ class Pipeline {
   // Without vision: sightings are given by put_sighting() instead of step_vision().
   [[nodiscard]] Status configure_given(const RobotConfig& config);
 
-  // Once each kTasks period. The three may run in three threads.
+  // Once each kTasks period; that of the arm is the configuration's. The three may run in three threads.
   template <StereoCamera Cameras>
   void step_vision(std::int64_t now_ns, Cameras& cameras) {
     StereoFrame frame;

@@ -14,6 +14,7 @@
 #include "algo/pa10.hpp"
 #include "algo/target_motion.hpp"
 #include "algo/tracker.hpp"
+#include "firmware_like/task_table.hpp"
 
 namespace vergence {
 
@@ -24,7 +25,8 @@ struct RobotConfig {
   std::optional<Matrix3> R_W_M_given;
 
   SerialArm arm = pa10();
-  bool has_arm = true;  // without: the hand stands at T_W_H_fixed
+  bool has_arm = true;                                        // without: the hand stands at T_W_H_fixed
+  std::int64_t arm_period_ns = task(TaskId::kArm).period_ns;  // of its task, and of SYNC
   Transform T_W_H_fixed;
   HandGains gains = vergence_gains();
   JointServo joint_servo = {.position_per_s = 5, .damping = {}};  // K_PQ [3.31]

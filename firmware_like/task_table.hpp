@@ -43,4 +43,14 @@ inline constexpr std::array<TaskRow, kTaskCount> kTasks = {
   return kTasks[static_cast<std::size_t>(id)];
 }
 
+// With the period of the arm's task as configured, and its deadline at the same share of it.
+[[nodiscard]] constexpr TaskRow task(TaskId id, std::int64_t arm_period_ns) {
+  TaskRow row = task(id);
+  if (id != TaskId::kArm) return row;
+  row.deadline_ns = row.deadline_ns * arm_period_ns / row.period_ns;
+  row.period_ns = arm_period_ns;
+  return row;
+}
+static_assert(task(TaskId::kArm, 1'000'000).deadline_ns == 500'000);
+
 }  // namespace vergence

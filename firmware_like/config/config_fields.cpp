@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include "algo/motion_limits.hpp"
 #include "firmware_like/task_table.hpp"
@@ -126,12 +127,29 @@ constexpr std::array kHealth = {
 
 constexpr std::array<const char*, 2> kCyclicModes = {"velocity", "position"};
 
+// Two are told of it: the task and the bus.
+constexpr ConfigField arm_period() {
+  ConfigField field = integer("period_ms", 1, 2, "of SYNC and of the arm's task: 2 is 500 Hz, 1 is 1 kHz",
+                              [](C& c, P) -> std::int64_t& { return c.robot.arm_period_ns; });
+  field.scale = kMilli_ns;
+  field.set = [](C& c, P, double value) {
+    c.robot.arm_period_ns = std::llround(value);
+    c.can.arm.sync_period_ns = c.robot.arm_period_ns;
+  };
+  return field;
+}
+
 constexpr std::array kCan = {
     flag("present", "there is an arm; without one, the hand stands still",
          [](C& c, P) -> bool& { return c.robot.has_arm; }),
     text("interface", "of the network: can0, vcan0",
          [](C& c, P) -> InterfaceText& { return c.can.interface; }),
-    integer("bitrate_bit_per_s", 10'000, 1'000'000, "of the bus, for its load",
+    text("interface_2", "of a second bus, for the axes that say bus = 2; empty: there is none",
+         [](C& c, P) -> InterfaceText& { return c.can.interface_2; }),
+    arm_period(),
+    flag("share_targets", "targets of two axes in one frame: less load, of drives that know dummy entries",
+         [](C& c, P) -> bool& { return c.can.arm.share_targets; }),
+    integer("bitrate_bit_per_s", 10'000, 1'000'000, "of each bus, for its load",
             [](C& c, P) -> std::int64_t& { return c.can.bitrate_bit_per_s; }),
     choice("mode", kCyclicModes, "cyclic synchronous velocity (CSV) or position (CSP) of CiA 402",
            [](C& c, P) -> canopen::CyclicMode& { return c.can.arm.mode; }),
@@ -170,8 +188,19 @@ canopen::CanopenAxisConfig& axis(C& c, P p) {
   return c.can.arm.axis[at(p.instance)];
 }
 
+// Counted from 1, as people do.
+constexpr ConfigField bus_of_axis() {
+  ConfigField field{"bus", FieldKind::kInteger, "that the drive is on: 1 is interface, 2 interface_2"};
+  field.low = 1;
+  field.high = canopen::kMaxBuses;
+  field.get = [](const C& c, P p) { return 1.0 + c.can.arm.axis[at(p.instance)].bus; };
+  field.set = [](C& c, P p, double value) { axis(c, p).bus = static_cast<std::uint8_t>(value - 1); };
+  return field;
+}
+
 constexpr std::array kAxis = {
     integer("node", 1, 127, "of the drive", [](C& c, P p) -> std::uint8_t& { return axis(c, p).node_id; }),
+    bus_of_axis(),
     number(
         "counts_per_turn", -1e9, 1e9,
         "encoder counts of a whole turn of the joint, gear included; negative: it turns the other way",
@@ -479,19 +508,43 @@ ConfigConflict find_eye_conflict(const C& c) {
   return {};
 }
 
+// Interfaces and the axes' buses.
+ConfigConflict find_bus_conflict(const C& c) {
+  const bool has_second = c.can.interface_2[0] != '\0';
+  const bool uses_second = canopen::bus_count(c.can.arm) > 1;
+  if (uses_second && !has_second) {
+    return {"can", "interface_2", "an axis is on bus 2, which has no interface: name it, or say bus = 1"};
+  }
+  if (has_second && !uses_second) {
+    return {"can", "interface_2", "no axis is on it: say bus = 2 at those that are, or leave it out"};
+  }
+  if (has_second && std::string_view(c.can.interface.data()) == c.can.interface_2.data()) {
+    return {"can", "interface_2", "is that of the first bus as well: the two must differ"};
+  }
+  return {};
+}
+
 ConfigConflict find_arm_conflict(const C& c) {
   if (c.can.arm.axes != c.robot.arm.joints) {
     return {"can", "axis", "there must be as many [[can.axis]] as the arm has joints"};
   }
-  if (c.can.arm.sync_period_ns != task(TaskId::kArm).period_ns) {
-    return {"can", "", "SYNC must have the period of the arm's task"};
+  if (c.can.arm.sync_period_ns != c.robot.arm_period_ns) {
+    return {"can", "period_ms", "SYNC must have the period of the arm's task"};
   }
   const canopen::ConfigResult found = canopen::check(c.can.arm);
   if (found.finding != canopen::ConfigFinding::kNone)
     return {"can", "axis", canopen::describe(found.finding)};
-  if (canopen::bus_load_permille(c.can.arm, c.can.bitrate_bit_per_s) > canopen::kMostBusLoad_permille) {
-    return {"can", "bitrate_bit_per_s",
-            "the bus would be loaded by more than 80 %: take a faster one, or fewer drives a bus"};
+  if (const ConfigConflict conflict = find_bus_conflict(c); conflict.problem[0] != '\0') return conflict;
+  for (int bus = 0; bus < canopen::bus_count(c.can.arm); ++bus) {
+    if (canopen::bus_load_permille(c.can.arm, bus, c.can.bitrate_bit_per_s) >
+        canopen::kMostBusLoad_permille) {
+      return {"can", "bitrate_bit_per_s",
+              bus == 0
+                  ? "the first bus would be loaded by more than 80 %: take a faster one, period_ms = 2, "
+                    "share_targets = true, or fewer drives a bus"
+                  : "the second bus would be loaded by more than 80 %: take a faster one, period_ms = 2, "
+                    "share_targets = true, or fewer drives a bus"};
+    }
   }
   return {};
 }

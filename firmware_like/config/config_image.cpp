@@ -190,7 +190,6 @@ void pass_arm(Archive& archive, ControllerConfig& config) {
   archive.pass(arm.held);
   pass_transform(archive, config.robot.T_W_H_fixed);
   // The bus's own guard, made from these.
-  archive.pass(config.can.arm.sync_period_ns);
   for (canopen::CanopenAxisConfig& axis : config.can.arm.axis) {
     archive.pass(axis.min_rad);
     archive.pass(axis.max_rad);

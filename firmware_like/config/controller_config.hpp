@@ -43,8 +43,13 @@ struct RuntimeConfig {
 
 struct CanConfig {
   InterfaceText interface { "can0" };
+  InterfaceText interface_2{};  // empty: there is one bus
   std::int64_t bitrate_bit_per_s = 1'000'000;
   canopen::CanopenArmConfig arm;
+
+  [[nodiscard]] const char* interface_of(int bus) const {
+    return bus == 0 ? interface.data() : interface_2.data();
+  }
 };
 
 struct ControllerConfig {

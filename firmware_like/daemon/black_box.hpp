@@ -16,8 +16,8 @@
 namespace vergence {
 
 inline constexpr int kBoxSeconds = 30;
-inline constexpr std::size_t kBoxRecords = 15'000;   // one each 2 ms
-inline constexpr std::size_t kBoxTailRecords = 500;  // after the fault: a second
+inline constexpr std::size_t kBoxRecords = 15'000;   // one each 2 ms; at 1 kHz those of 15 s
+inline constexpr std::size_t kBoxTailRecords = 500;  // after the fault: a second, or half of one
 inline constexpr std::size_t kBoxPictures = 60;      // pairs, two a second
 inline constexpr std::int64_t kBoxPictureEvery_ns = 480'000'000;
 inline constexpr int kBoxPictureWidth = 160;

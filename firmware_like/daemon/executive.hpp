@@ -84,6 +84,7 @@ class Executive {
   static constexpr std::uint64_t kFaultsEvery = 512;  // runs
 
   static constexpr std::size_t index(TaskId id) { return static_cast<std::size_t>(id); }
+  [[nodiscard]] TaskRow row_of(TaskId id) const { return task(id, config_->robot.arm_period_ns); }
 
   // Lets the black box see what vision takes.
   struct WatchedCameras {
@@ -185,7 +186,7 @@ StartResult Executive<D>::start(const ControllerConfig& config, rt::RealtimePoli
 template <Devices D>
 rt::RtThreadError Executive<D>::start_thread(TaskId id, std::span<std::byte> stack, rt::RealtimePolicy policy,
                                              rt::RtThread::Function function) {
-  const TaskRow& row = task(id);
+  const TaskRow row = row_of(id);
   rt::RtThreadConfig thread;
   thread.name = row.name;
   thread.stack = stack;
@@ -215,7 +216,7 @@ void Executive<D>::stop() {
 template <Devices D>
 void Executive<D>::begin_task(TaskId id) {
   TaskSummary& summary = summaries_[index(id)];
-  const TaskRow& row = task(id);
+  const TaskRow row = row_of(id);
   summary.timing = {};
   summary.timing.timing = rt::TaskTiming({row.period_ns, row.deadline_ns});
   summary.faults_at_start = rt::page_faults_of_this_thread();
@@ -252,7 +253,7 @@ template <typename Body>
 void Executive<D>::run_periodically(TaskId id, Body&& body) {
   begin_task(id);
   // All on one grid, but none late for releases before it was there.
-  const std::int64_t period_ns = task(id).period_ns;
+  const std::int64_t period_ns = row_of(id).period_ns;
   const std::int64_t behind_ns = std::max<std::int64_t>(clock_.now_ns() - start_ns_, 0);
   rt::PeriodicSchedule schedule(start_ns_ + (behind_ns + period_ns - 1) / period_ns * period_ns, period_ns);
   rt::run_periodic(clock_, sleeper_, schedule, summaries_[index(id)].timing, stop_,

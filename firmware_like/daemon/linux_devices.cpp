@@ -16,16 +16,22 @@ bool LinuxDevices::open_cameras(const ControllerConfig& config) {
   return false;
 }
 
-bool LinuxDevices::open_arm(const ControllerConfig& config) {
+bool LinuxDevices::open_bus(const CanConfig& config, int bus) {
   std::array<canopen::CanFilter, canopen::kMaxFilters> filters{};
-  const std::size_t count = canopen::receive_filters(config.can.arm, filters);
-  const canopen::SocketStep step = bus_.open(config.can.interface.data(), std::span(filters).first(count));
-  if (step != canopen::SocketStep::kOk) {
-    (void)std::snprintf(message_.data(), message_.size(),
-                        "CAN interface %s: %s: %s (ip link show %s; docs/canopen.md says how it is set up)",
-                        config.can.interface.data(), canopen::describe(step),
-                        std::strerror(bus_.last_errno()), config.can.interface.data());
-    return false;
+  const std::size_t count = canopen::receive_filters(config.arm, bus, filters);
+  canopen::SocketCan& its = buses_[static_cast<std::size_t>(bus)];
+  const char* const interface = config.interface_of(bus);
+  const canopen::SocketStep step = its.open(interface, std::span(filters).first(count));
+  if (step == canopen::SocketStep::kOk) return true;
+  (void)std::snprintf(message_.data(), message_.size(),
+                      "CAN interface %s: %s: %s (ip link show %s; docs/canopen.md says how it is set up)",
+                      interface, canopen::describe(step), std::strerror(its.last_errno()), interface);
+  return false;
+}
+
+bool LinuxDevices::open_arm(const ControllerConfig& config) {
+  for (int bus = 0; bus < canopen::bus_count(config.can.arm); ++bus) {
+    if (!open_bus(config.can, bus)) return false;
   }
   const canopen::ConfigResult result = arm_.init(config.can.arm, clock_.now_ns());
   if (result.finding != canopen::ConfigFinding::kNone) {
@@ -74,7 +80,7 @@ void LinuxDevices::close() {
   lines_.close();
 #endif
   has_arm_ = false;
-  bus_.close();
+  for (canopen::SocketCan& bus : buses_) bus.close();
 }
 
 }  // namespace vergence

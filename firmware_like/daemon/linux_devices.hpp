@@ -78,19 +78,20 @@ class LinuxDevices {
   [[nodiscard]] const canopen::ArmFaultRecord& arm_fault() const {
     return arm_.master().fault();
   }
-  [[nodiscard]] const canopen::CanHealth& bus_health() const {
-    return bus_.health();
+  [[nodiscard]] const canopen::CanHealth& bus_health(int bus) const {
+    return buses_[static_cast<std::size_t>(bus)].health();
   }
 
  private:
   [[nodiscard]] bool open_cameras(const ControllerConfig& config);
+  [[nodiscard]] bool open_bus(const CanConfig& config, int bus);
   [[nodiscard]] bool open_arm(const ControllerConfig& config);
   [[nodiscard]] bool open_eyes(const ControllerConfig& config);
 
   v4l2::LinuxVideoSystem video_;
   v4l2::V4l2StereoCamera cameras_;
-  canopen::SocketCan bus_;
-  canopen::CanopenArm<canopen::SocketCan> arm_{bus_};
+  std::array<canopen::SocketCan, canopen::kMaxBuses> buses_;
+  canopen::CanopenArm<canopen::SocketCan> arm_{buses_[0], buses_[1]};
   ArmPort arm_port_{*this};
   bool has_arm_ = false;
   rt::MonotonicClock clock_;

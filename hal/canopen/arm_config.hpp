@@ -16,8 +16,12 @@ enum class CyclicMode : std::uint8_t {
   kPosition,  // velocities are summed up here
 };
 
+// Each is a network of its own: node ids and COB-IDs are unique on one of them.
+inline constexpr int kMaxBuses = 2;
+
 struct CanopenAxisConfig {
   std::uint8_t node_id = 0;  // 1 to 127
+  std::uint8_t bus = 0;      // from 0
   // Counts of the encoder per radian of the joint, gear included; negative where the two turn opposite ways.
   double counts_per_rad = 0x1p20 / (2 * std::numbers::pi);
   std::int32_t zero_counts = 0;  // where the joint's angle is zero
@@ -39,6 +43,8 @@ struct CanopenArmConfig {
   int axes = kMaxJoints;
   std::array<CanopenAxisConfig, kMaxJoints> axis{};
   CyclicMode mode = CyclicMode::kVelocity;
+  // Of two axes in one frame, where there are two on a bus; drives must know dummy entries [CiA 301].
+  bool share_targets = false;
   bool read_homing = true;     // some drives do not tell; then neither can be asked for
   bool must_be_homed = false;  // otherwise it is a fault
   std::uint8_t master_node_id = 127;
@@ -70,6 +76,7 @@ enum class ConfigFinding : std::uint8_t {
   kStatuswordTimer,
   kTimeout,
   kTolerance,
+  kBus,
 };
 
 struct ConfigResult {
@@ -80,9 +87,12 @@ struct ConfigResult {
 [[nodiscard]] ConfigResult check(const CanopenArmConfig& config);
 [[nodiscard]] const char* describe(ConfigFinding finding);
 
-// What a master must receive: of each axis its two PDOs, answers, emergencies and heartbeat.
+// Buses the axes are on.
+[[nodiscard]] int bus_count(const CanopenArmConfig& config);
+
+// What a master must receive on a bus: of each axis there its two PDOs, answers, emergencies and heartbeat.
 inline constexpr std::size_t kMaxFilters = 5 * kMaxJoints;
-[[nodiscard]] std::size_t receive_filters(const CanopenArmConfig& config,
+[[nodiscard]] std::size_t receive_filters(const CanopenArmConfig& config, int bus,
                                           std::span<CanFilter, kMaxFilters> filters);
 
 }  // namespace vergence::canopen

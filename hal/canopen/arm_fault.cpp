@@ -62,8 +62,8 @@ const char* detail_in_words(const ArmFaultRecord& record) {
 
 std::uint32_t fault_code(const ArmFaultRecord& record) {
   const std::uint32_t low = record.kind == ArmFaultKind::kSdoAbort ? record.index : record.detail & 0xFFFF;
-  return static_cast<std::uint32_t>(record.kind) << 24 | static_cast<std::uint32_t>(record.axis + 1) << 16 |
-         low;
+  const int who = record.bus >= 0 ? 8 + record.bus : record.axis + 1;
+  return static_cast<std::uint32_t>(record.kind) << 24 | static_cast<std::uint32_t>(who) << 16 | low;
 }
 
 FaultText describe(const ArmFaultRecord& record) {
@@ -71,6 +71,8 @@ FaultText describe(const ArmFaultRecord& record) {
   std::array<char, 16> who{};
   if (record.axis >= 0) {
     (void)std::snprintf(who.data(), who.size(), "axis %d: ", record.axis + 1);
+  } else if (record.bus >= 0) {
+    (void)std::snprintf(who.data(), who.size(), "bus %d: ", record.bus + 1);
   }
   std::array<char, 24> object{};
   if (record.index != 0) {

@@ -32,14 +32,15 @@ enum class ArmFaultKind : std::uint8_t {
 struct ArmFaultRecord {
   std::int64_t t_ns = 0;
   ArmFaultKind kind = ArmFaultKind::kNone;
-  std::int8_t axis = -1;  // from 0; -1: the whole arm
+  std::int8_t axis = -1;  // from 0; -1: the whole arm, or a bus
   std::uint8_t sub = 0;
   std::uint16_t index = 0;
   std::uint32_t detail = 0;
+  std::int8_t bus = -1;  // of two, the one that failed, from 0; -1: there is one, or it is no bus's fault
 };
 
-// For ArmFeedback::fault: kind in the upper byte, then axis + 1, then 16 bits of the detail (of an abort, the
-// object's index). 0: none.
+// For ArmFeedback::fault: kind in the upper byte, then axis + 1, or 8 + bus where it is one of two, then 16
+// bits of the detail (of an abort, the object's index). 0: none.
 [[nodiscard]] std::uint32_t fault_code(const ArmFaultRecord& record);
 
 using FaultText = std::array<char, 192>;

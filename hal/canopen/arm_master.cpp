@@ -15,15 +15,21 @@ ConfigResult ArmMaster::init(const CanopenArmConfig& config, std::int64_t now_ns
   if (const ConfigResult result = check(config); result.finding != ConfigFinding::kNone) return result;
   config_ = config;
   count_ = static_cast<std::size_t>(config.axes);
+  bus_count_ = static_cast<std::size_t>(bus_count(config));
   now_ns_ = now_ns;
   since_ns_ = now_ns;
-  heartbeat_.init(config.master_node_id, config.heartbeat_ns);
-  for (std::size_t i = 0; i < count_; ++i) axes_[i].init(config, static_cast<int>(i), now_ns);
+  for (Line& line : lines_) line.heartbeat.init(config.master_node_id, config.heartbeat_ns);
+  for (std::size_t i = 0; i < count_; ++i) {
+    axes_[i].init(config, static_cast<int>(i), now_ns);
+    leader_[i] = static_cast<std::size_t>(target_leader(config, static_cast<int>(i)));
+  }
   return {};
 }
 
-void ArmMaster::receive(const CanFrame& frame, std::int64_t now_ns) {
-  for (std::size_t i = 0; i < count_; ++i) axes_[i].receive(frame, now_ns);
+void ArmMaster::receive(int bus, const CanFrame& frame, std::int64_t now_ns) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (bus_of(i) == static_cast<std::size_t>(bus)) axes_[i].receive(frame, now_ns);
+  }
 }
 
 void ArmMaster::enter(State state) {
@@ -42,18 +48,25 @@ void ArmMaster::stop(const ArmFaultRecord& fault) {
   enter(State::kFault);
 }
 
-void ArmMaster::stop_whole(ArmFaultKind kind, std::uint32_t detail) {
-  stop({now_ns_, kind, -1, 0, 0, detail});
+void ArmMaster::stop_whole(ArmFaultKind kind, std::uint32_t detail, std::size_t bus) {
+  const bool is_one_of_two = bus < bus_count_ && bus_count_ > 1;
+  const auto number = static_cast<std::int8_t>(bus);
+  stop({now_ns_, kind, -1, 0, 0, detail, is_one_of_two ? number : std::int8_t{-1}});
 }
 
-void ArmMaster::judge_bus(const CanHealth& health) {
+void ArmMaster::judge_bus(std::size_t bus, const CanHealth& health) {
   if (health.state == BusState::kOff || health.state == BusState::kDown) {
-    stop_whole(ArmFaultKind::kBusOff, static_cast<std::uint32_t>(health.state));
+    stop_whole(ArmFaultKind::kBusOff, static_cast<std::uint32_t>(health.state), bus);
   }
-  const bool any_refused =
-      sync_refused_ || word_refused_ || std::find(refused_.begin(), refused_.end(), true) != refused_.end();
-  periods_refused_ = any_refused ? periods_refused_ + 1 : 0;
-  if (periods_refused_ >= 2) stop_whole(ArmFaultKind::kTransmitFull, 0);
+  Line& line = lines_[bus];
+  bool any_refused = line.sync_refused || line.word_refused;
+  for (std::size_t i = 0; i < count_; ++i) any_refused = any_refused || (refused_[i] && bus_of(i) == bus);
+  line.periods_refused = any_refused ? line.periods_refused + 1 : 0;
+  if (line.periods_refused >= 2) stop_whole(ArmFaultKind::kTransmitFull, 0, bus);
+}
+
+void ArmMaster::judge_buses(const MasterBuses& buses) {
+  for (std::size_t bus = 0; bus < bus_count_; ++bus) judge_bus(bus, *buses[bus].health);
 }
 
 // While a reset is under way, a drive may still be in the fault it is reset from.
@@ -171,27 +184,44 @@ DriveGoal ArmMaster::goal() const {
 }
 
 // An axis that failed is told to stop as well: it may still hear.
-void ArmMaster::steer_all(const FrameSink& sink) {
-  word_refused_ = false;
+void ArmMaster::steer_all(const MasterBuses& buses) {
+  for (Line& line : lines_) line.word_refused = false;
   for (std::size_t i = 0; i < count_; ++i) {
     if (axes_[i].phase() < AxisPhase::kAwaitStart) continue;
-    if (!axes_[i].steer(goal(), sink)) word_refused_ = true;
+    const std::size_t bus = bus_of(i);
+    if (!axes_[i].steer(goal(), buses[bus].sink)) lines_[bus].word_refused = true;
   }
 }
 
-void ArmMaster::send_targets(const FrameSink& sink) {
+// A frame goes out where one of its axes may hear it; a target of rest is in it for an axis that may not.
+void ArmMaster::send_targets(const MasterBuses& buses) {
+  std::array<bool, kMaxJoints> wanted{};
   for (std::size_t i = 0; i < count_; ++i) {
-    refused_[i] = false;
-    if (axes_[i].phase() < AxisPhase::kAwaitStart) continue;
-    targets_[i] = axes_[i].target(goal(), state_ == State::kOn ? velocity_rad_per_s_[i] : 0);
-    refused_[i] = !sink.send(targets_[i]);
+    const double velocity = state_ == State::kOn ? velocity_rad_per_s_[i] : 0;
+    axes_[i].put_target(goal(), velocity, targets_[leader_[i]]);
+    if (axes_[i].phase() >= AxisPhase::kAwaitStart) wanted[leader_[i]] = true;
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    refused_[i] = wanted[i] && !buses[bus_of(i)].sink.send(targets_[i]);
   }
 }
 
-void ArmMaster::send_refused(const FrameSink& sink) {
+void ArmMaster::send_refused(const MasterBuses& buses) {
   for (std::size_t i = 0; i < count_; ++i) {
-    if (refused_[i]) refused_[i] = !sink.send(targets_[i]);
+    if (refused_[i]) refused_[i] = !buses[bus_of(i)].sink.send(targets_[i]);
   }
+}
+
+// On both buses one after the other, so that all drives sample together but for a frame's time.
+void ArmMaster::send_sync(const MasterBuses& buses) {
+  synced_ = false;
+  for (std::size_t bus = 0; bus < bus_count_; ++bus) {
+    Line& line = lines_[bus];
+    line.sync_sent = buses[bus].sink.send(sync_frame());
+    line.sync_refused = !line.sync_sent;
+    synced_ = synced_ || line.sync_sent;
+  }
+  sync_ns_ = now_ns_;
 }
 
 void ArmMaster::publish() {
@@ -212,32 +242,35 @@ void ArmMaster::publish() {
   fresh_ = true;
 }
 
-void ArmMaster::process(std::int64_t now_ns, const CanHealth& health, const FrameSink& sink) {
-  too_soon_ = sync_sent_ && now_ns - sync_ns_ < config_.sync_period_ns / 2;
+void ArmMaster::process(std::int64_t now_ns, const MasterBuses& buses) {
+  too_soon_ = synced_ && now_ns - sync_ns_ < config_.sync_period_ns / 2;
   if (too_soon_) return;
   now_ns_ = now_ns;
   if (state_ == State::kOn) ++periods_without_command_;
-  for (std::size_t i = 0; i < count_; ++i) axes_[i].process(now_ns, sink);
-  if (sync_sent_) {
-    for (std::size_t i = 0; i < count_; ++i) axes_[i].sample(now_ns, sync_ns_);
-    feedback_.stamp_ns = sync_ns_;
+  for (std::size_t i = 0; i < count_; ++i) axes_[i].process(now_ns, buses[bus_of(i)].sink);
+  bool all_synced = true;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const bool was_synced = lines_[bus_of(i)].sync_sent;
+    if (was_synced) axes_[i].sample(now_ns, sync_ns_, is_stopping());
+    all_synced = all_synced && was_synced;
   }
-  judge_bus(health);  // first: without a bus every drive is missing
+  if (all_synced) feedback_.stamp_ns = sync_ns_;
+  judge_buses(buses);  // first: without a bus every drive is missing
   watch();
   judge_axes();
   advance();
 
   if (is_stopping()) {
-    steer_all(sink);
+    steer_all(buses);
   } else {
-    send_refused(sink);
+    send_refused(buses);
   }
-  sync_sent_ = sink.send(sync_frame());
-  sync_refused_ = !sync_sent_;
-  sync_ns_ = now_ns;
-  if (!is_stopping()) steer_all(sink);
-  if (state_ != State::kOn) send_targets(sink);
-  heartbeat_.process(now_ns, NmtState::kOperational, sink);
+  send_sync(buses);
+  if (!is_stopping()) steer_all(buses);
+  if (state_ != State::kOn) send_targets(buses);
+  for (std::size_t bus = 0; bus < bus_count_; ++bus) {
+    lines_[bus].heartbeat.process(now_ns, NmtState::kOperational, buses[bus].sink);
+  }
   publish();
 }
 
@@ -248,11 +281,11 @@ bool ArmMaster::read(ArmFeedback& feedback) {
   return true;
 }
 
-void ArmMaster::command(const std::array<double, kMaxJoints>& velocity_rad_per_s, const FrameSink& sink) {
+void ArmMaster::command(const std::array<double, kMaxJoints>& velocity_rad_per_s, const MasterBuses& buses) {
   periods_without_command_ = 0;
   if (state_ != State::kOn || too_soon_) return;
   velocity_rad_per_s_ = velocity_rad_per_s;
-  send_targets(sink);
+  send_targets(buses);
 }
 
 void ArmMaster::request(ArmRequest request) {

@@ -41,6 +41,7 @@ void Axis::init(const CanopenArmConfig& config, int axis, std::int64_t now_ns) {
   tolerated_missing_ = config.tolerated_missing_pdos;
   statusword_timer_ns_ = config.statusword_timer_ns;
   pdos_ = axis_pdos(config, axis);
+  target_offset_ = target_offset(config, axis);
   script_ = boot_script(config, axis);
   sdo_.init(config_.node_id, config.sdo_timeout_ns);
   heartbeat_.init(config_.node_id, config.heartbeat_timeout_ns, config.boot_timeout_ns);
@@ -257,10 +258,10 @@ void Axis::process(std::int64_t now_ns, const FrameSink& sink) {
   if (!drive_only) phase_ = AxisPhase::kFailed;
 }
 
-void Axis::sample(std::int64_t now_ns, std::int64_t sync_ns) {
+void Axis::sample(std::int64_t now_ns, std::int64_t sync_ns, bool is_stopping) {
   if (phase_ != AxisPhase::kRunning) return;
   if (!arrived_) {
-    if (++missing_ > tolerated_missing_) {
+    if (++missing_ > std::max(tolerated_missing_, is_stopping ? 1 : 0)) {
       fail(ArmFaultKind::kPdoMissing, static_cast<std::uint32_t>(missing_), now_ns);
       phase_ = AxisPhase::kFailed;
     }
@@ -298,7 +299,7 @@ double Axis::allowed_velocity(double velocity_rad_per_s) const {
   return std::clamp(velocity_rad_per_s, -config_.max_velocity_rad_per_s, config_.max_velocity_rad_per_s);
 }
 
-CanFrame Axis::target(DriveGoal goal, double velocity_rad_per_s) {
+void Axis::put_target(DriveGoal goal, double velocity_rad_per_s, CanFrame& frame) {
   const bool moves = goal == DriveGoal::kOn && drive() == DriveState::kOperationEnabled;
   commanded_rad_per_s_ = moves ? allowed_velocity(velocity_rad_per_s) : 0;
   // Until it moves the target is where it stands, so that nothing jumps when it does.
@@ -306,11 +307,9 @@ CanFrame Axis::target(DriveGoal goal, double velocity_rad_per_s) {
   const double target = mode_ == CyclicMode::kVelocity
                             ? commanded_rad_per_s_ * config_.velocity_units_per_rad_per_s
                             : target_rad_ * config_.counts_per_rad + config_.zero_counts;
-  CanFrame frame;
   frame.id = pdos_.target.cob_id;
   frame.size = static_cast<std::uint8_t>(pdo_bytes(pdos_.target));
-  put_number(frame.data, frame.size, to_object(target));
-  return frame;
+  put_number(std::span(frame.data).subspan(target_offset_), kTargetBytes, to_object(target));
 }
 
 // The drive is where the command leads, or where it leads nowhere.

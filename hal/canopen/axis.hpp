@@ -38,12 +38,14 @@ class Axis {
   void receive(const CanFrame& frame, std::int64_t now_ns);
   // Boots and watches; sends what that takes.
   void process(std::int64_t now_ns, const FrameSink& sink);
-  // Takes the position that came since the SYNC of `sync_ns`, and notices where none did.
-  void sample(std::int64_t now_ns, std::int64_t sync_ns);
+  // Takes the position that came since the SYNC of `sync_ns`, and notices where none did; one more may be
+  // missing while the arm is being stopped, when the words that stop it hold up what comes after them.
+  void sample(std::int64_t now_ns, std::int64_t sync_ns, bool is_stopping);
 
-  // The frame that acts with the next SYNC. The velocity (rad/s) counts where the goal is kOn and the drive
-  // is there; it is clamped, and what is no number counts as zero. Once a period.
-  [[nodiscard]] CanFrame target(DriveGoal goal, double velocity_rad_per_s);
+  // Puts what acts with the next SYNC into its place of a frame; the rest of that is another axis's. The
+  // velocity (rad/s) counts where the goal is kOn and the drive is there; it is clamped, and what is no
+  // number counts as zero. Once a period.
+  void put_target(DriveGoal goal, double velocity_rad_per_s, CanFrame& frame);
   // Sends the controlword that leads towards the goal, which acts at once: where it is another than before,
   // and again where the drive does not say that it followed; a quick stop each period until it does. Once a
   // period; false where the bus did not take it, which is as if it had not been tried.
@@ -95,6 +97,7 @@ class Axis {
   int tolerated_missing_ = 0;
   std::int64_t statusword_timer_ns_ = 0;
   AxisPdos pdos_;
+  std::uint8_t target_offset_ = 0;  // bytes
   BootScript script_;
 
   AxisPhase phase_ = AxisPhase::kReset;

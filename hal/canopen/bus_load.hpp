@@ -1,4 +1,4 @@
-// How much of a CAN bus an arm takes, at worst: every frame stuffed with as many bits as it may need.
+// How much of its CAN buses an arm takes, at worst: every frame stuffed with as many bits as it may need.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ inline constexpr std::int64_t kMostBusLoad_permille = 800;
 }
 
 // In steady motion: SYNC, the PDOs of each period, those with an event timer as often as that says, and the
-// heartbeats of drives and master. Of a config that passed check().
-[[nodiscard]] std::int64_t bus_load_permille(const CanopenArmConfig& config, std::int64_t bit_per_s);
+// heartbeats of the bus's drives and of the master. A frame with two targets counts once. Of a config that
+// passed check().
+[[nodiscard]] std::int64_t bus_load_permille(const CanopenArmConfig& config, int bus, std::int64_t bit_per_s);
 
 }  // namespace vergence::canopen

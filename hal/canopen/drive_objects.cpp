@@ -14,6 +14,21 @@ bool is_mapping(std::uint16_t index) {
          (index >= kTpdoMapping && index < kTpdoMapping + kPdos);
 }
 
+bool is_rpdo_mapping(std::uint16_t index) {
+  return index >= kRpdoMapping && index < kRpdoMapping + kPdos;
+}
+
+// Of an entry that only skips bytes; 0: it is none.
+std::size_t dummy_bytes(std::uint16_t index, std::uint8_t sub) {
+  if (sub != 0) return 0;
+  switch (index) {
+    case kDummyUnsigned8: return 1;
+    case kDummyUnsigned16: return 2;
+    case kDummyUnsigned32: return 4;
+    default: return 0;
+  }
+}
+
 }  // namespace
 
 void DriveObjects::init(std::uint8_t node_id, std::uint32_t vendor_id) {
@@ -137,8 +152,10 @@ std::uint32_t DriveObjects::judge_mapping(std::uint16_t index, std::uint8_t sub,
     return value <= kMaxPdoEntries && bits <= 64 ? kAbortNone : kAbortPdoLength;
   }
   if (number(index, 0) != 0) return kAbortAccess;
-  const std::size_t mapped =
-      size(static_cast<std::uint16_t>(value >> 16), static_cast<std::uint8_t>(value >> 8));
+  const auto object = static_cast<std::uint16_t>(value >> 16);
+  const auto object_sub = static_cast<std::uint8_t>(value >> 8);
+  const std::size_t skipped = is_rpdo_mapping(index) ? dummy_bytes(object, object_sub) : 0;
+  const std::size_t mapped = skipped > 0 ? skipped : size(object, object_sub);
   return mapped > 0 && mapped <= 4 && mapped * 8 == (value & 0xFF) ? kAbortNone : kAbortNotMappable;
 }
 

@@ -5,6 +5,11 @@
 
 namespace vergence::canopen {
 
+// Entries of an RPDO's mapping that are skipped: data types, by their number.
+inline constexpr std::uint16_t kDummyUnsigned8 = 0x0005;
+inline constexpr std::uint16_t kDummyUnsigned16 = 0x0006;
+inline constexpr std::uint16_t kDummyUnsigned32 = 0x0007;
+
 inline constexpr std::uint16_t kDeviceType = 0x1000;
 inline constexpr std::uint16_t kErrorRegister = 0x1001;
 inline constexpr std::uint16_t kCyclePeriod = 0x1006;  // us

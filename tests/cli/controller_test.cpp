@@ -39,6 +39,22 @@ TEST(ConfigCommand, BuildsChecksAndShows) {
                  "no/such");
 }
 
+TEST(ConfigCommand, PrintsTheLoadOfEachBus) {
+  const TempDirectory directory;
+  const std::string image = (directory / "robot.vcfg").string();
+  const std::string example = VERGENCE_EXAMPLES "/pa10_two_buses/robot.toml";
+  ASSERT_EQ(run_vergence("config build " + example + " -o " + image).status, 0);
+  for (const std::string& arguments : {"config check " + example, "config check " + image,
+                                       "config show " + example, "config show " + image}) {
+    const CommandResult result = run_vergence(arguments);
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.output.find("bus 1, can0: 4 axes at 1000 Hz, loaded by 72.4 %"), std::string::npos)
+        << result.output;
+    EXPECT_NE(result.output.find("bus 2, can1: 3 axes at 1000 Hz, loaded by 58.5 %"), std::string::npos)
+        << result.output;
+  }
+}
+
 TEST(ControllerCommands, SayWhenNobodyIsThere) {
   const TempDirectory directory;
   expect_failure("ctl arm --socket " + (directory / "none").string(), "does vergenced run");

@@ -166,18 +166,18 @@ TEST(NoHeap, AHundredThousandPeriodsNeitherAllocateNorFaultAPage) {
 }
 
 // Seven drives booted, moved, stopped by a fault, and reset; the drives' own side too.
-TEST(NoHeap, TheArmsBusDoesNotAllocate) {
-  const auto robot = std::make_unique<testing::CanopenRobot>();
+void expect_no_allocation(const canopen::CanopenArmConfig& config, int bus_that_fails) {
+  const auto robot = std::make_unique<testing::CanopenRobot>(config);
   const HeapCounter counter;
   const bool moved = robot->move();
   robot->drives[2].fail(0x4310);
   robot->request = ArmRequest::kDisable;
-  robot->run(100);
+  robot->run(200);
   const canopen::FaultText words = canopen::describe(robot->fault());
   robot->arm.request(ArmRequest::kResetFault);
   const bool reset = robot->run_until(ArmState::kDisabled, 100);
   const bool enabled = robot->enable();
-  robot->master_port().set_off(true);
+  robot->master_port(bus_that_fails).set_off(true);
   robot->run(10);
   EXPECT_EQ(counter.calls(), 0);
   EXPECT_TRUE(moved);
@@ -185,6 +185,14 @@ TEST(NoHeap, TheArmsBusDoesNotAllocate) {
   EXPECT_TRUE(enabled);
   EXPECT_STREQ(words.data(), "axis 3: emergency: 0x4310, drive too hot");
   EXPECT_EQ(robot->fault().kind, canopen::ArmFaultKind::kBusOff);
+}
+
+TEST(NoHeap, TheArmsBusDoesNotAllocate) {
+  expect_no_allocation(testing::config_of_drives(), 0);
+}
+
+TEST(NoHeap, TheArmsTwoBusesDoNotAllocate) {
+  expect_no_allocation(testing::config_of_two_buses(), 1);
 }
 
 // Steps made and commanded, refused, stopped by a switch and by broken lines, and enabled again.

@@ -1,4 +1,4 @@
-// Seven simulated drives and their master on a bus in memory, period by period.
+// Seven simulated drives and their master on a bus in memory, or on two, period by period.
 #pragma once
 
 #include <array>
@@ -30,12 +30,28 @@ inline CanopenArmConfig config_of_drives() {
   return config;
 }
 
+// Four axes on one bus and three on another, at 1 kHz, whose targets share frames. The node ids of one bus
+// are also those of the other: they are networks of their own.
+inline CanopenArmConfig config_of_two_buses() {
+  CanopenArmConfig config = config_of_drives();
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    config.axis[i].bus = i < 4 ? 0 : 1;
+    config.axis[i].node_id = static_cast<std::uint8_t>(11 + i % 4);
+  }
+  config.sync_period_ns = 1'000'000;
+  config.share_targets = true;
+  return config;
+}
+
 class CanopenRobot {
  public:
   static constexpr std::size_t kDrives = kMaxJoints;
 
   explicit CanopenRobot(const CanopenArmConfig& its_config = config_of_drives())
-      : config(its_config), bus(std::make_unique<canopen::MemoryBus>()), arm(bus->port(kDrives)) {
+      : config(its_config),
+        bus(std::make_unique<canopen::MemoryBus>()),
+        second_bus(std::make_unique<canopen::MemoryBus>()),
+        arm(bus->port(kDrives), second_bus->port(kDrives)) {
     for (std::size_t i = 0; i < kDrives; ++i) {
       canopen::SimulatedDriveOptions options;
       options.node_id = config.axis[i].node_id;
@@ -59,6 +75,7 @@ class CanopenRobot {
   // The drives alone, so long after the SYNC: what happens there between two SYNCs.
   void run_drives(std::int64_t after_ns) {
     bus->advance(t_ns + after_ns);
+    second_bus->advance(t_ns + after_ns);
     step_drives(t_ns + after_ns);
   }
   void run(int periods) {
@@ -92,17 +109,23 @@ class CanopenRobot {
     return number;
   }
   [[nodiscard]] const canopen::ArmFaultRecord& fault() const { return arm.master().fault(); }
-  [[nodiscard]] canopen::MemoryBus::Port& master_port() { return bus->port(kDrives); }
-  [[nodiscard]] canopen::MemoryBus::Port& free_port() { return bus->port(kDrives + 1); }
+  [[nodiscard]] canopen::MemoryBus& its_bus(int number) { return number == 0 ? *bus : *second_bus; }
+  [[nodiscard]] canopen::MemoryBus::Port& master_port(int number = 0) {
+    return its_bus(number).port(kDrives);
+  }
+  [[nodiscard]] canopen::MemoryBus::Port& free_port(int number = 0) {
+    return its_bus(number).port(kDrives + 1);
+  }
   // What was on the bus since the last call; its queue holds that of three periods.
-  std::vector<canopen::CanFrame> heard() {
+  std::vector<canopen::CanFrame> heard(int number = 0) {
     std::vector<canopen::CanFrame> frames;
-    for (canopen::CanFrame frame; free_port().receive(frame);) frames.push_back(frame);
+    for (canopen::CanFrame frame; free_port(number).receive(frame);) frames.push_back(frame);
     return frames;
   }
 
   CanopenArmConfig config;
   std::unique_ptr<canopen::MemoryBus> bus;
+  std::unique_ptr<canopen::MemoryBus> second_bus;  // silent, where no axis is on it
   canopen::CanopenArm<canopen::MemoryBus::Port> arm;
   std::array<canopen::SimulatedDrive, kDrives> drives;
   canopen::ConfigFinding found = canopen::ConfigFinding::kNone;
@@ -117,7 +140,7 @@ class CanopenRobot {
  private:
   void step_drives(std::int64_t now_ns) {
     for (std::size_t i = 0; i < kDrives; ++i) {
-      canopen::MemoryBus::Port& port = bus->port(i);
+      canopen::MemoryBus::Port& port = its_bus(config.axis[i].bus).port(i);
       for (canopen::CanFrame frame; port.receive(frame);) drives[i].receive(frame, now_ns);
       drives[i].process(now_ns, canopen::FrameSink(port));
     }

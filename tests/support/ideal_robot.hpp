@@ -39,7 +39,7 @@ class IdealRobot {
   void tick() {
     t_ns += 1'000'000;
     move();
-    if (t_ns % 2'000'000 == 0) {
+    if (t_ns % config_.arm_period_ns == 0) {
       feedback.stamp_ns = t_ns;
       if (arm_answers) arm.deliver(feedback);
       pipeline.step_arm(t_ns, arm);

@@ -131,14 +131,14 @@ class BusBench : public ::testing::Test {
     void sleep_until(std::int64_t ns) { bench->run_until(ns); }
   };
 
-  [[nodiscard]] CanObservation ask(double seconds = 0.2) {
+  [[nodiscard]] CanObservation ask(double seconds = 0.2, int number = 0) {
     CanFrame old;
     while (bus->port(kOurs).receive(old)) {
     }
     Clock clock{this};
     Sleeper sleeper{this};
     ReadOnly read_only(bus->port(kOurs), clock, sleeper);
-    CanObservation seen = ask_drives(read_only, config.arm, seconds);
+    CanObservation seen = ask_drives(read_only, config.arm, seconds, number);
     EXPECT_EQ(read_only.refused(), 0U);
     seen.link = sound_link();
     return seen;
@@ -157,6 +157,38 @@ class BusBench : public ::testing::Test {
   std::vector<CanFrame> frames;
   std::function<void()> meanwhile;
 };
+
+// Four drives are on one bus and three on another: each is asked for its own, and a drive of the other is a
+// stranger there.
+TEST_F(BusBench, AsksOfEachBusTheDrivesThatAreOnIt) {
+  for (std::size_t i = 4; i < kDrives; ++i) {
+    config.arm.axis[i].bus = 1;
+    drives[i].set_power(false);
+  }
+  config.interface_2 = {"can1"};
+  auto findings = judged(ask());
+  expect_all_pass(findings);
+  EXPECT_EQ(findings.size(), 9 + 6 * 4);
+  expect_finding(findings, "bus 1 interface", Outcome::kPass, "can0 is up");
+  expect_finding(findings, "axis 4 answers", Outcome::kPass, "node 14");
+
+  for (std::size_t i = 0; i < kDrives; ++i) drives[i].set_power(i >= 4);
+  run_until(now_ns + 10'000'000);
+  findings = judged(ask(0.2, 1));
+  expect_all_pass(findings);
+  EXPECT_EQ(findings.size(), 9 + 6 * 3);
+  expect_finding(findings, "bus 2 interface", Outcome::kPass, "can1 is up");
+  expect_finding(findings, "axis 5 answers", Outcome::kPass, "node 15");
+
+  drives[0].set_power(true);
+  run_until(now_ns + 10'000'000);
+  expect_finding(judged(ask(0.2, 1)), "bus 2 no other nodes", Outcome::kWarn, "nodes 11");
+
+  CanObservation seen = ask(0.2, 1);
+  seen.link.is_up = false;
+  expect_finding(judged(seen), "bus 2 interface", Outcome::kFail, "can1 is down",
+                 "link set can1 txqueuelen 32 up");
+}
 
 TEST_F(BusBench, PassesAnArmThatIsWell) {
   const CanObservation seen = ask();

@@ -247,6 +247,23 @@ TEST(ArmConfigTest, EveryMistakeIsFound) {
       {[](CanopenArmConfig& c) { c.axis[5].tpdo2_cob_id = 0x28C; }, ConfigFinding::kCobIdTwice, 5},
       {[](CanopenArmConfig& c) { c.axis[5].rpdo2_cob_id = 0x290; }, ConfigFinding::kCobIdTwice, 5},
       {[](CanopenArmConfig& c) { c.axis[2].tpdo2_cob_id = 0x30E; }, ConfigFinding::kCobIdTwice, 3},
+      {[](CanopenArmConfig& c) { c.axis[1].bus = 2; }, ConfigFinding::kBus, 1},
+      {[](CanopenArmConfig& c) { c.axis[6].bus = 255; }, ConfigFinding::kBus, 6},
+      {[](CanopenArmConfig& c) {
+         for (auto& axis : c.axis) axis.bus = 1;
+       },
+       ConfigFinding::kBus, -1},
+      {[](CanopenArmConfig& c) {
+         c.axis[2].node_id = c.axis[1].node_id;
+         c.axis[6].bus = 1;
+       },
+       ConfigFinding::kNodeIdTwice, 2},
+      {[](CanopenArmConfig& c) {
+         c.share_targets = true;
+         c.axis[3].rpdo1_cob_id = 0x1FF;
+         c.axis[5].tpdo1_cob_id = 0x20B;
+       },
+       ConfigFinding::kCobIdTwice, 5},
       {[](CanopenArmConfig& c) { c.sync_period_ns = 2'050'000; }, ConfigFinding::kPeriod, -1},
       {[](CanopenArmConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; }, ConfigFinding::kHeartbeat, -1},
       {[](CanopenArmConfig& c) { c.heartbeat_ns = 0; }, ConfigFinding::kHeartbeat, -1},
@@ -269,7 +286,7 @@ TEST(ArmConfigTest, EveryMistakeIsFound) {
 
 TEST(ArmConfigTest, FiltersLetThroughWhatTheMasterReads) {
   std::array<CanFilter, kMaxFilters> filters;
-  const std::size_t count = receive_filters(config_of_drives(), filters);
+  const std::size_t count = receive_filters(config_of_drives(), 0, filters);
   std::set<std::uint32_t> ids;
   for (std::size_t i = 0; i < count; ++i) ids.insert(filters[i].id);
   EXPECT_EQ(ids.size(), 35U);
@@ -277,6 +294,20 @@ TEST(ArmConfigTest, FiltersLetThroughWhatTheMasterReads) {
        {0x18BU, 0x28BU, 0x58BU, 0x08BU, 0x70BU, 0x191U, 0x291U, 0x591U, 0x091U, 0x711U}) {
     EXPECT_EQ(ids.count(id), 1U) << std::hex << id;
   }
+}
+
+TEST(ArmConfigTest, FiltersOfABusAreThoseOfItsAxes) {
+  const CanopenArmConfig config = testing::config_of_two_buses();
+  ASSERT_EQ(check(config).finding, ConfigFinding::kNone);  // node ids may come again on the other bus
+  EXPECT_EQ(bus_count(config), 2);
+  EXPECT_EQ(bus_count(config_of_drives()), 1);
+  std::array<CanFilter, kMaxFilters> filters;
+  EXPECT_EQ(receive_filters(config, 0, filters), 20U);
+  EXPECT_EQ(receive_filters(config, 1, filters), 15U);
+  std::set<std::uint32_t> ids;
+  for (std::size_t i = 0; i < 15; ++i) ids.insert(filters[i].id);
+  EXPECT_EQ(ids.count(0x18BU), 1U);
+  EXPECT_EQ(ids.count(0x18EU), 0U);  // of the other bus's fourth drive
 }
 
 TEST(BootScriptTest, FitsAndScales) {
@@ -399,6 +430,9 @@ TEST(ArmFaultTest, HasACodeAndWords) {
   EXPECT_STREQ(describe(emergency).data(), "axis 1: emergency: 0x4310, drive too hot");
   const ArmFaultRecord bus = {5, ArmFaultKind::kBusOff, -1, 0, 0, 3};
   EXPECT_STREQ(describe(bus).data(), "the bus cannot be used: 0x3, bus off");
+  const ArmFaultRecord second_bus{0, ArmFaultKind::kBusOff, -1, 0, 0, 3, 1};
+  EXPECT_STREQ(describe(second_bus).data(), "bus 2: the bus cannot be used: 0x3, bus off");
+  EXPECT_EQ(fault_code(second_bus), (static_cast<std::uint32_t>(ArmFaultKind::kBusOff) << 24 | 0x090003U));
   EXPECT_EQ(fault_code({}), 0U);
   std::set<std::string> words;
   for (int kind = 0; kind <= static_cast<int>(ArmFaultKind::kNoCommand); ++kind) {

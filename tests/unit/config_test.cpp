@@ -30,16 +30,17 @@ using tools::read_config;
 const fs::path kExamples = VERGENCE_EXAMPLES;
 
 // A copy of the example with eyes whose robot.toml has one thing changed.
-std::unique_ptr<ControllerConfig> read_changed(const std::string& from, const std::string& to) {
+std::unique_ptr<ControllerConfig> read_changed(const std::string& from, const std::string& to,
+                                               const char* of = "pa10_vergence") {
   const TempDirectory folder;
-  fs::copy(kExamples / "pa10_vergence", folder.path(), fs::copy_options::recursive);
+  fs::copy(kExamples / of, folder.path(), fs::copy_options::recursive);
   test::replace_in_file(folder / "robot.toml", from, to);
   return read_config(folder.path() / "robot.toml");
 }
 
-std::string complaint_of(const std::string& from, const std::string& to) {
+std::string complaint_of(const std::string& from, const std::string& to, const char* of = "pa10_vergence") {
   try {
-    (void)read_changed(from, to);
+    (void)read_changed(from, to, of);
   } catch (const tools::InputError& error) {
     return error.what();
   }
@@ -89,7 +90,7 @@ TEST(Crc32, IsTheOneOfEthernet) {
 }
 
 TEST(Config, ExamplesAreGood) {
-  for (const char* const name : {"pa10_fixed_eyes", "pa10_vergence"}) {
+  for (const char* const name : {"pa10_fixed_eyes", "pa10_vergence", "pa10_two_buses"}) {
     SCOPED_TRACE(name);
     const auto config = read_config(kExamples / name / "robot.toml");
     EXPECT_EQ(config->robot.arm.joints, 7);
@@ -158,6 +159,69 @@ TEST(Config, TellsEveryMistakeWithItsLineAndField) {
     EXPECT_NE(complaint.find(mistake.what), std::string::npos) << complaint;
     EXPECT_NE(complaint.find(".t"), std::string::npos) << complaint;  // a file's name
   }
+}
+
+TEST(Config, TwoBusesAt1kHzAreTheExamples) {
+  const auto config = read_config(kExamples / "pa10_two_buses" / "robot.toml");
+  EXPECT_STREQ(config->can.interface_of(0), "can0");
+  EXPECT_STREQ(config->can.interface_of(1), "can1");
+  EXPECT_EQ(config->robot.arm_period_ns, 1'000'000);
+  EXPECT_EQ(config->can.arm.sync_period_ns, 1'000'000);
+  EXPECT_TRUE(config->can.arm.share_targets);
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(config->can.arm.axis[i].bus, i < 4 ? 0 : 1) << i;
+  EXPECT_EQ(tools::bus_loads(*config),
+            (std::vector<std::string>{"bus 1, can0: 4 axes at 1000 Hz, loaded by 72.4 % at worst",
+                                      "bus 2, can1: 3 axes at 1000 Hz, loaded by 58.5 % at worst"}));
+  const std::string shown = tools::show_config(*config);
+  for (const std::string& load : tools::bus_loads(*config)) {
+    EXPECT_NE(shown.find("# " + load), std::string::npos) << load;
+  }
+  // In the image as in the text.
+  const auto again = std::make_unique<ControllerConfig>();
+  ASSERT_EQ(read_image(image_of(*config), *again).status, ImageStatus::kOk);
+  EXPECT_EQ(tools::show_config(*again), shown);
+  EXPECT_EQ(again->can.arm.sync_period_ns, 1'000'000);
+}
+
+// Files of one bus, as they always were, mean what they did.
+TEST(Config, WithoutAWordOfASecondBusThereIsOneAt500Hz) {
+  const auto config = example();
+  EXPECT_EQ(config->robot.arm_period_ns, 2'000'000);
+  EXPECT_EQ(config->can.arm.sync_period_ns, 2'000'000);
+  EXPECT_EQ(canopen::bus_count(config->can.arm), 1);
+  EXPECT_EQ(tools::bus_loads(*config),
+            (std::vector<std::string>{"bus 1, can0: 7 axes at 500 Hz, loaded by 72.3 % at worst"}));
+}
+
+TEST(Config, TellsEveryMistakeWithTwoBuses) {
+  const std::vector<Mistake> mistakes = {
+      {"share_targets = true\n", "", "line 69: can.bitrate_bit_per_s",
+       "first bus would be loaded by more than"},
+      {"share_targets = true\n", "", "share_targets = true",
+       "bus 1, can0: 4 axes at 1000 Hz, loaded by 83.4 %"},
+      {"node = 1\nbus = 1\ncounts_per_turn = 1048576\n\n[[can.axis]]  # S2\nnode = 2\nbus = 1",
+       "node = 1\nbus = 2\ncounts_per_turn = 1048576\n\n[[can.axis]]  # S2\nnode = 2\nbus = 2",
+       "can.bitrate_bit_per_s",
+       "second bus would be loaded by more than 80 %: take a faster one, period_ms = 2"},
+      {"interface_2 = \"can1\"\n", "", "can.axis[4].bus", "is 2, but there is one bus"},
+      {"interface_2 = \"can1\"", "interface_2 = \"can0\"", "line 71: can.interface_2", "the two must differ"},
+      {"period_ms = 1", "period_ms = 3", "can.period_ms", "from 1 to 2"},
+      {"period_ms = 1", "period_ms = 1.5", "can.period_ms", "is not a whole number"},
+      {"bus = 1\n", "bus = 3\n", "can.axis[0].bus", "from 1 to 2"},
+      {"node = 6\n", "node = 5\n", "can.axis", "two nodes of a bus have the same id"},
+  };
+  for (const Mistake& mistake : mistakes) {
+    SCOPED_TRACE(mistake.to);
+    const std::string complaint = complaint_of(mistake.from, mistake.to, "pa10_two_buses");
+    EXPECT_NE(complaint.find(mistake.where), std::string::npos) << complaint;
+    EXPECT_NE(complaint.find(mistake.what), std::string::npos) << complaint;
+    EXPECT_NE(complaint.find("robot.toml"), std::string::npos) << complaint;
+  }
+  const std::string unused =
+      complaint_of("interface = \"can0\"", "interface = \"can0\"\ninterface_2 = \"can1\"");
+  EXPECT_NE(unused.find("can.interface_2: no axis is on it"), std::string::npos) << unused;
+  // The same node on both is no mistake.
+  EXPECT_EQ(complaint_of("node = 6\n", "node = 1\n", "pa10_two_buses"), "none");
 }
 
 TEST(Config, ARobotMayHaveNoArmAndNoEyes) {

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <thread>
 
-#include "firmware_like/motion_history.hpp"
+#include "firmware_like/messages.hpp"
 
 namespace vergence {
 namespace {
@@ -64,6 +64,16 @@ TEST(MotionHistory, DrawsStraightLinesBetweenSamples) {
     EXPECT_NEAR(values[0], static_cast<double>(t) / 1000, 1e-9);
     EXPECT_NEAR(values[1], -static_cast<double>(t) / 500, 1e-9);
   }
+}
+
+// At the shortest period of the arm as well, the hand is known when a frame was taken that is acted on only
+// now.
+TEST(MotionHistory, OfTheHandReachesBackBeyondTheOldestFrame) {
+  HandHistory history;
+  HandHistory::Values values{};
+  for (int i = 0; i < 1000; ++i) history.add(1'000'000LL * i, {1.0 * i});
+  ASSERT_TRUE(history.at(999'000'000 - 120'000'000, 0, values));
+  EXPECT_EQ(values[0], 999 - 120);
 }
 
 TEST(MotionHistory, SaysWhereItKnowsNothing) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -76,6 +77,37 @@ TEST(Pipeline, FollowsAMovingTargetWithHandAndEyes) {
   }
   EXPECT_LT(worst_mm, 4);
   EXPECT_LT(worst_rad, 0.004);  // ten steps
+}
+
+// At twice the rate it brings the hand as near, stops within as many milliseconds, and breaks no limit.
+TEST(Pipeline, FollowsAndStopsAt1kHzAsWell) {
+  RobotConfig config = testing::config_of_robot();
+  config.arm_period_ns = 1'000'000;
+  const auto it = robot(config);
+  ASSERT_EQ(it->status, Status::kOk);
+  it->target = [](double t_s) { return in_hand(100 * sin_cos(1.256 * t_s).sine, -100, 545); };
+  it->start();
+  it->run(4);
+  ASSERT_EQ(it->mode(), Mode::kServo);
+  double worst_mm = 0;
+  std::array<double, kMaxJoints> before = it->arm.commanded_rad_per_s();
+  for (int i = 0; i < 5000; ++i) {
+    it->tick();
+    worst_mm = std::max(worst_mm, it->error_mm());
+    for (std::size_t joint = 0; joint < kMaxJoints; ++joint) {
+      const JointLimits& limits = config.arm.limits[joint];
+      const double now = it->arm.commanded_rad_per_s()[joint];
+      EXPECT_LE(std::abs(now), limits.velocity_rad_per_s * (1 + 1e-9));
+      EXPECT_LE(std::abs(now - before[joint]), limits.acceleration_rad_per_s2 * 1e-3 * (1 + 1e-9));
+      before[joint] = now;
+    }
+  }
+  EXPECT_LT(worst_mm, 4);
+  it->pipeline.command(OperatorCommand::kStop);
+  it->run(2);
+  EXPECT_EQ(it->mode(), Mode::kSafeStop);
+  EXPECT_EQ(it->arm.requested(), ArmRequest::kDisable);
+  EXPECT_EQ(it->speed_rad_per_s(), 0);
 }
 
 TEST(Pipeline, LooksFromThePositionAloneWhereThatIsAsked) {

@@ -36,8 +36,9 @@ enum class AxisData : std::uint8_t {
   kCommand,
 };
 
-AxisData axis_data(std::uint32_t id, const canopen::CanopenArmConfig& config) {
+AxisData axis_data(std::uint32_t id, const canopen::CanopenArmConfig& config, int bus) {
   for (int i = 0; i < config.axes; ++i) {
+    if (config.axis[static_cast<std::size_t>(i)].bus != bus) continue;
     const canopen::AxisPdos pdos = canopen::axis_pdos(config, i);
     if (id == pdos.position.cob_id || id == pdos.statusword.cob_id) return AxisData::kFeedback;
     if (id == pdos.target.cob_id || id == pdos.controlword.cob_id) return AxisData::kCommand;
@@ -47,12 +48,15 @@ AxisData axis_data(std::uint32_t id, const canopen::CanopenArmConfig& config) {
 
 class Asker {
  public:
-  Asker(ReadOnlyBus& bus, const canopen::CanopenArmConfig& config) : bus_(&bus), config_(&config) {}
+  Asker(ReadOnlyBus& bus, const canopen::CanopenArmConfig& config, int number)
+      : bus_(&bus), config_(&config) {
+    seen_.bus = number;
+  }
 
   [[nodiscard]] CanObservation ask(double seconds) {
     wait(static_cast<std::int64_t>(seconds * 1e9));
     scan();
-    for (int i = 0; i < config_->axes; ++i) ask_drive(config_->axis[static_cast<std::size_t>(i)].node_id);
+    for (int i = 0; i < config_->axes; ++i) ask_drive(config_->axis[static_cast<std::size_t>(i)]);
     seen_.health = bus_->health();
     return std::move(seen_);
   }
@@ -88,7 +92,7 @@ class Asker {
       ++seen_.foreign_commands;
       return;
     }
-    const AxisData data = axis_data(frame.id, *config_);
+    const AxisData data = axis_data(frame.id, *config_, seen_.bus);
     if (data == AxisData::kCommand) ++seen_.foreign_commands;
     if (data != AxisData::kNone) return;
     HeardNode& node = seen_.heard[frame.id & 0x7F];
@@ -149,10 +153,11 @@ class Asker {
     return reading;
   }
 
-  void ask_drive(std::uint8_t node) {
-    canopen::SdoClient client;
-    client.init(node, config_->sdo_timeout_ns);
+  void ask_drive(const canopen::CanopenAxisConfig& axis) {
     DriveObservation& drive = seen_.drives.emplace_back();
+    if (axis.bus != seen_.bus) return;
+    canopen::SdoClient client;
+    client.init(axis.node_id, config_->sdo_timeout_ns);
     drive.device_type = read(client, canopen::kDeviceType, 0);
     if (!drive.answers()) return;
     drive.vendor = read(client, canopen::kIdentity, 1);
@@ -179,8 +184,9 @@ class Asker {
 
 }  // namespace
 
-CanObservation ask_drives(ReadOnlyBus& bus, const canopen::CanopenArmConfig& config, double seconds) {
-  return Asker(bus, config).ask(seconds);
+CanObservation ask_drives(ReadOnlyBus& bus, const canopen::CanopenArmConfig& config, double seconds,
+                          int number) {
+  return Asker(bus, config, number).ask(seconds);
 }
 
 }  // namespace vergence::tools

@@ -8,9 +8,9 @@
 
 namespace vergence::tools {
 
-// Listens for so long, asks all nodes once who is there, then each configured drive. What the interface
-// itself says (CanObservation::link) is left to the caller.
+// Listens for so long, asks all nodes once who is there, then each drive configured on the bus of this
+// number. What the interface itself says (CanObservation::link) is left to the caller.
 [[nodiscard]] CanObservation ask_drives(ReadOnlyBus& bus, const canopen::CanopenArmConfig& config,
-                                        double seconds);
+                                        double seconds, int number = 0);
 
 }  // namespace vergence::tools

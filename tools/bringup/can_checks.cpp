@@ -31,8 +31,8 @@ double to_ms(std::int64_t ns) {
 // ---- the interface
 // ------------------------------------------------------------------------------------------
 
-std::string bring_up(const CanConfig& config) {
-  const char* const name = config.interface.data();
+std::string bring_up(const CanConfig& config, int bus) {
+  const char* const name = config.interface_of(bus);
   return format(
       "sudo ip link set %s down; sudo ip link set %s type can bitrate %lld restart-ms 100; "
       "sudo ip link set %s txqueuelen 32 up",
@@ -75,7 +75,8 @@ void judge_counters(const CanLink& link, Findings& found) {
               kWiring);
 }
 
-void judge_bitrate(const CanLink& link, const CanConfig& config, Findings& found) {
+void judge_bitrate(const CanObservation& seen, const CanConfig& config, Findings& found) {
+  const CanLink& link = seen.link;
   constexpr const char* kCheck = "bit rate";
   if (!link.bitrate_bit_per_s) {
     return found.skip(kCheck, link.is_virtual
@@ -86,22 +87,23 @@ void judge_bitrate(const CanLink& link, const CanConfig& config, Findings& found
   found.judge(
       is_as_asked ? Outcome::kPass : Outcome::kFail, kCheck,
       format("%u bit/s of %lld", *link.bitrate_bit_per_s, static_cast<long long>(config.bitrate_bit_per_s)),
-      bring_up(config));
+      bring_up(config, seen.bus));
 }
 
 // True where it can be listened to.
 bool judge_link(const CanObservation& seen, const CanConfig& config, Findings& found) {
   const CanLink& link = seen.link;
-  const char* const name = config.interface.data();
+  const char* const name = config.interface_of(seen.bus);
   constexpr const char* kCheck = "interface";
   if (link.was_told && (!link.exists || !link.is_can)) {
     found.fail(
         kCheck, format(link.exists ? "%s is no CAN interface" : "%s is not there", name),
-        "`ip -details link` lists what is there; plug the adapter in, load its driver, set can.interface");
+        "`ip -details link` lists what is there; plug the adapter in, load its driver, set can.interface" +
+            std::string(seen.bus > 0 ? "_2" : ""));
     return false;
   }
   if (link.was_told && !link.is_up) {
-    found.fail(kCheck, format("%s is down", name), bring_up(config));
+    found.fail(kCheck, format("%s is down", name), bring_up(config, seen.bus));
     return false;
   }
   if (!seen.open_problem.empty()) {
@@ -113,8 +115,9 @@ bool judge_link(const CanObservation& seen, const CanConfig& config, Findings& f
   return true;
 }
 
-void judge_settings(const CanLink& link, const CanConfig& config, Findings& found) {
-  const char* const name = config.interface.data();
+void judge_settings(const CanObservation& seen, const CanConfig& config, Findings& found) {
+  const CanLink& link = seen.link;
+  const char* const name = config.interface_of(seen.bus);
   found.judge(link.tx_queue >= kShortestQueue || !link.was_told ? Outcome::kPass : Outcome::kWarn,
               "transmit queue", format("%u frames", link.tx_queue),
               format("sudo ip link set %s txqueuelen 32", name));
@@ -141,9 +144,10 @@ void judge_health(const canopen::CanHealth& health, Findings& found) {
   found.judge(outcome, "traffic", measured, remedy);
 }
 
-bool is_configured(int node, const canopen::CanopenArmConfig& arm) {
+bool is_configured(int node, int bus, const canopen::CanopenArmConfig& arm) {
   for (int i = 0; i < arm.axes; ++i) {
-    if (arm.axis[static_cast<std::size_t>(i)].node_id == node) return true;
+    const canopen::CanopenAxisConfig& axis = arm.axis[static_cast<std::size_t>(i)];
+    if (axis.bus == bus && axis.node_id == node) return true;
   }
   return false;
 }
@@ -154,7 +158,7 @@ std::string list_of_strangers(const CanObservation& seen, const canopen::Canopen
     const HeardNode& heard = seen.heard[static_cast<std::size_t>(node)];
     const bool is_there = seen.found[static_cast<std::size_t>(node)] || heard.heartbeats > 0 ||
                           heard.boots > 0 || heard.others > 0 || heard.emergency != 0;
-    if (!is_there || is_configured(node, arm)) continue;
+    if (!is_there || is_configured(node, seen.bus, arm)) continue;
     list += (list.empty() ? "" : ", ") + std::to_string(node);
   }
   return list;
@@ -331,6 +335,7 @@ void judge_drives(const CanObservation& seen, const CanConfig& config, Findings&
   const std::string strangers = list_of_strangers(seen, config.arm);
   for (std::size_t axis = 0; axis < seen.drives.size(); ++axis) {
     const canopen::CanopenAxisConfig& its = config.arm.axis[axis];
+    if (its.bus != seen.bus) continue;
     const DriveObservation& drive = seen.drives[axis];
     judge_presence(axis, seen, its, strangers, found);
     if (!drive.answers()) {
@@ -346,13 +351,7 @@ void judge_drives(const CanObservation& seen, const CanConfig& config, Findings&
   }
 }
 
-}  // namespace
-
-std::uint32_t ObjectReading::number() const {
-  return canopen::get_number(bytes, bytes.size());
-}
-
-std::vector<Finding> judge(const CanObservation& seen, const CanConfig& config) {
+std::vector<Finding> judge_bus(const CanObservation& seen, const CanConfig& config) {
   Findings found("can");
   if (!judge_link(seen, config, found)) {
     for (const char* const check :
@@ -360,18 +359,34 @@ std::vector<Finding> judge(const CanObservation& seen, const CanConfig& config) 
       found.skip(check, "the interface cannot be used");
     }
     for (int axis = 0; axis < config.arm.axes; ++axis) {
+      if (config.arm.axis[static_cast<std::size_t>(axis)].bus != seen.bus) continue;
       found.skip(name_of(static_cast<std::size_t>(axis), "answers"), "the interface cannot be used");
       skip_drive(static_cast<std::size_t>(axis), "the interface cannot be used", found);
     }
     return found.take();
   }
-  judge_bitrate(seen.link, config, found);
+  judge_bitrate(seen, config, found);
   judge_counters(seen.link, found);
-  judge_settings(seen.link, config, found);
+  judge_settings(seen, config, found);
   judge_health(seen.health, found);
   judge_others(seen, config, found);
   judge_drives(seen, config, found);
   return found.take();
+}
+
+}  // namespace
+
+std::uint32_t ObjectReading::number() const {
+  return canopen::get_number(bytes, bytes.size());
+}
+
+std::vector<Finding> judge(const CanObservation& seen, const CanConfig& config) {
+  std::vector<Finding> findings = judge_bus(seen, config);
+  if (canopen::bus_count(config.arm) == 1) return findings;
+  for (Finding& finding : findings) {
+    if (!finding.check.starts_with("axis ")) finding.check = format("bus %d ", seen.bus + 1) + finding.check;
+  }
+  return findings;
 }
 
 }  // namespace vergence::tools

@@ -60,16 +60,19 @@ struct DriveObservation {
   }
 };
 
+// Of one of the buses.
 struct CanObservation {
+  int bus = 0;
   CanLink link;
   std::string open_problem;  // empty: the bus was listened to
   std::array<HeardNode, canopen::kMaxNodeId + 1> heard{};
   std::array<bool, canopen::kMaxNodeId + 1> found{};  // by asking every node once
-  std::vector<DriveObservation> drives;               // by axis
+  std::vector<DriveObservation> drives;               // by axis; empty those of the other bus
   int foreign_commands = 0;                           // SYNC, NMT, requests and commands that were not ours
   canopen::CanHealth health;
 };
 
+// Where there are two buses, the checks that are of no drive say of which they are.
 [[nodiscard]] std::vector<Finding> judge(const CanObservation& seen, const CanConfig& config);
 
 }  // namespace vergence::tools

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 #include "hal/canopen/socket_can.hpp"
 #include "hal/rt/monotonic_clock.hpp"
@@ -112,9 +113,10 @@ std::vector<Finding> check_cameras(const ControllerConfig& config, double second
   return findings;
 }
 
-std::vector<Finding> check_can(const ControllerConfig& config, double seconds) {
-  if (!config.robot.has_arm) return skipped("can", "arm", "the configuration has no arm");
-  const char* const interface = config.can.interface.data();
+namespace {
+
+std::vector<Finding> check_bus(const CanConfig& config, int number, double seconds) {
+  const char* const interface = config.interface_of(number);
   const CanLink link = read_link(interface);
   canopen::SocketCan bus;
   const canopen::CanFilter everything{0, 0};
@@ -126,10 +128,22 @@ std::vector<Finding> check_can(const ControllerConfig& config, double seconds) {
     rt::MonotonicClock clock;
     rt::MonotonicSleeper sleeper;
     ReadOnly read_only(bus, clock, sleeper);
-    seen = ask_drives(read_only, config.can.arm, seconds);
+    seen = ask_drives(read_only, config.arm, seconds, number);
   }
+  seen.bus = number;
   seen.link = link;
-  return judge(seen, config.can);
+  return judge(seen, config);
+}
+
+}  // namespace
+
+std::vector<Finding> check_can(const ControllerConfig& config, double seconds) {
+  if (!config.robot.has_arm) return skipped("can", "arm", "the configuration has no arm");
+  std::vector<Finding> findings;
+  for (int bus = 0; bus < canopen::bus_count(config.can.arm); ++bus) {
+    for (Finding& finding : check_bus(config.can, bus, seconds)) findings.push_back(std::move(finding));
+  }
+  return findings;
 }
 
 std::vector<Finding> check_gpio(const ControllerConfig& config) {
@@ -175,7 +189,7 @@ std::vector<Finding> move_eyes(const ControllerConfig& config, const PulsePlan& 
 
 std::vector<Finding> check_rt(const ControllerConfig& config, double seconds) {
   const rt::MachineReport machine = judge_machine(config.runtime);
-  return judge(machine, measure_wake_ups(config.runtime, seconds));
+  return judge(machine, measure_wake_ups(config.runtime, config.robot.arm_period_ns, seconds));
 }
 
 }  // namespace vergence::tools

@@ -56,14 +56,14 @@ struct Measurement {
   rt::TimingRecord record;
   std::atomic<bool> stop{false};
   std::int64_t until_ns = 0;
+  std::int64_t period_ns = 0;
 };
 
 void run(void* context) {
   auto& measurement = *static_cast<Measurement*>(context);
   rt::MonotonicClock clock;
   rt::MonotonicSleeper sleeper;
-  const std::int64_t period_ns = task(TaskId::kArm).period_ns;
-  rt::PeriodicSchedule schedule(clock.now_ns() + period_ns, period_ns);
+  rt::PeriodicSchedule schedule(clock.now_ns() + measurement.period_ns, measurement.period_ns);
   rt::run_periodic(clock, sleeper, schedule, measurement.record, measurement.stop,
                    [&](const rt::Release& release) {
                      if (release.now_ns >= measurement.until_ns)
@@ -91,8 +91,8 @@ rt::MachineReport judge_machine(const RuntimeConfig& config) {
   return rt::check_machine(demand, rt::ask_kernel(demand.priority));
 }
 
-WakeUps measure_wake_ups(const RuntimeConfig& config, double seconds) {
-  const TaskRow& row = task(TaskId::kArm);
+WakeUps measure_wake_ups(const RuntimeConfig& config, std::int64_t arm_period_ns, double seconds) {
+  const TaskRow row = task(TaskId::kArm, arm_period_ns);
   WakeUps seen;
   seen.period_ns = row.period_ns;
   seen.deadline_ns = row.deadline_ns;
@@ -102,6 +102,7 @@ WakeUps measure_wake_ups(const RuntimeConfig& config, double seconds) {
   (void)latency.hold();
 
   const auto measurement = std::make_unique<Measurement>();
+  measurement->period_ns = row.period_ns;
   measurement->record.timing = rt::TaskTiming({row.period_ns, row.deadline_ns});
   rt::MonotonicClock clock;
   measurement->until_ns = clock.now_ns() + static_cast<std::int64_t>(seconds * 1e9);

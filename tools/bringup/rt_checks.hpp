@@ -28,8 +28,9 @@ struct WakeUps {
 
 // The machine as vergenced judges it.
 [[nodiscard]] rt::MachineReport judge_machine(const RuntimeConfig& config);
-// On the arm's core, at its priority and period, with memory locked and processors kept awake as vergenced
-// does; without real-time scheduling where that is refused.
-[[nodiscard]] WakeUps measure_wake_ups(const RuntimeConfig& config, double seconds);
+// On the arm's core, at its priority and the period it is configured for, with memory locked and processors
+// kept awake as vergenced does; without real-time scheduling where that is refused.
+[[nodiscard]] WakeUps measure_wake_ups(const RuntimeConfig& config, std::int64_t arm_period_ns,
+                                       double seconds);
 
 }  // namespace vergence::tools

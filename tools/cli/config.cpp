@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "tools/cli/commands.hpp"
@@ -29,6 +30,7 @@ void check(const std::filesystem::path& file) {
   const auto config = read_any_config(file);
   const std::vector<std::byte> image = image_of(file, *config);
   std::printf("%s: good; an image of it has %zu bytes\n", file.c_str(), image.size());
+  for (const std::string& load : bus_loads(*config)) std::printf("%s\n", load.c_str());
 }
 
 void build(const std::filesystem::path& file, const std::filesystem::path& out) {

@@ -9,7 +9,7 @@
 
 #include "firmware_like/config/config_fields.hpp"
 #include "firmware_like/pipeline.hpp"
-#include "firmware_like/task_table.hpp"
+#include "tools/config/show_config.hpp"
 #include "tools/io/arm_file.hpp"
 #include "tools/io/dataset.hpp"
 #include "tools/io/input_error.hpp"
@@ -125,6 +125,9 @@ void take_axes(const TomlReader& can, const ConfigSection& section, ControllerCo
     require_axis(axes[i]);
     take_all(axes[i], section, static_cast<int>(i), config);
     canopen::CanopenAxisConfig& axis = config.can.arm.axis[i];
+    if (axis.bus > 0 && config.can.interface_2[0] == '\0') {
+      axes[i].fail("bus", "is 2, but there is one bus", "name the other's can.interface_2, or say 1");
+    }
     if (axis.counts_per_rad == 0) axes[i].fail("counts_per_turn", "is 0");
     if (!axes[i].has("velocity_units_per_turn_per_s"))
       axis.velocity_units_per_rad_per_s = axis.counts_per_rad;
@@ -134,7 +137,6 @@ void take_axes(const TomlReader& can, const ConfigSection& section, ControllerCo
     axis.max_velocity_rad_per_s = limits.velocity_rad_per_s;
   }
   config.can.arm.axes = static_cast<int>(axes.size());
-  config.can.arm.sync_period_ns = task(TaskId::kArm).period_ns;
 }
 
 // Keys of a table are those of all sections that share its name, their instances, and lists within.
@@ -198,7 +200,12 @@ void refuse_conflicts(const TomlReader& root, const ControllerConfig& config) {
   if (const ConfigConflict conflict = find_conflict(config); conflict.problem[0] != '\0') {
     const TomlReader table = root.table_or_empty(conflict.section);
     if (conflict.key[0] == '\0') root.fail(conflict.section, conflict.problem);
-    table.fail(conflict.key, conflict.problem);
+    const bool is_load = std::string_view(conflict.key) == "bitrate_bit_per_s";
+    std::string loads;
+    for (const std::string& load : is_load ? bus_loads(config) : std::vector<std::string>{}) {
+      loads += (loads.empty() ? "" : "; ") + load;
+    }
+    table.fail(conflict.key, conflict.problem, loads);
   }
   // What only the parts themselves can say.
   const auto pipeline = std::make_unique<Pipeline>();

@@ -6,6 +6,7 @@
 
 #include "firmware_like/config/config_fields.hpp"
 #include "hal/canopen/bus_load.hpp"
+#include "hal/clock.hpp"
 #include "hal/gpio_step/step_timing.hpp"
 #include "tools/config/read_config.hpp"
 
@@ -69,10 +70,7 @@ void show_derived(std::ostringstream& out, const ControllerConfig& config) {
       << " and " << shown(rig.right.fx_px) << " px\n";
   if (config.robot.has_arm) {
     out << "# arm      " << config.robot.arm.joints << " joints\n";
-    out << "# bus load "
-        << shown(0.1 * static_cast<double>(
-                           canopen::bus_load_permille(config.can.arm, config.can.bitrate_bit_per_s)))
-        << " % at worst\n";
+    for (const std::string& load : bus_loads(config)) out << "# " << load << '\n';
   }
   if (config.robot.has_eyes) {
     for (std::size_t i = 0; i < kEyeMotors; ++i) {
@@ -137,6 +135,24 @@ std::string show_config(const ControllerConfig& config) {
   }
   show_derived(out, config);
   return out.str();
+}
+
+std::vector<std::string> bus_loads(const ControllerConfig& config) {
+  std::vector<std::string> loads;
+  if (!config.robot.has_arm) return loads;
+  const canopen::CanopenArmConfig& arm = config.can.arm;
+  for (int bus = 0; bus < canopen::bus_count(arm); ++bus) {
+    const auto axes =
+        std::count_if(arm.axis.begin(), arm.axis.begin() + arm.axes,
+                      [bus](const canopen::CanopenAxisConfig& axis) { return axis.bus == bus; });
+    const auto permille =
+        static_cast<double>(canopen::bus_load_permille(arm, bus, config.can.bitrate_bit_per_s));
+    const auto rate_Hz = static_cast<double>(kNsPerSecond) / static_cast<double>(arm.sync_period_ns);
+    loads.push_back(between("bus ", std::to_string(bus + 1), ", ") + config.can.interface_of(bus) + ": " +
+                    std::to_string(axes) + " axes at " + shown(rate_Hz) + " Hz, loaded by " +
+                    shown(0.1 * permille) + " % at worst");
+  }
+  return loads;
 }
 
 std::string describe_settings() {

@@ -82,6 +82,8 @@ void TomlReader::fail(std::string_view key, const std::string& problem, const st
   std::string where = field(key);
   if (const toml::node* node = table_ == nullptr ? nullptr : table_->get(key)) {
     where = "line " + std::to_string(node->source().begin.line) + ": " + where;
+  } else if (table_ != nullptr && !prefix_.empty() && table_->source().begin.line > 0) {
+    where = "line " + std::to_string(table_->source().begin.line) + ": " + where;  // where it is missing
   }
   throw InputError(file_, where, problem, remedy);
 }
