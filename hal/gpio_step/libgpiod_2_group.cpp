@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "hal/gpio_step/libgpiod_2_handles.hpp"
 #include "hal/gpio_step/line_group.hpp"
