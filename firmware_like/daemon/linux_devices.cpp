@@ -54,7 +54,7 @@ bool LinuxDevices::open_eyes(const ControllerConfig& config) {
   }
 #else
   (void)std::snprintf(message_.data(), message_.size(),
-                      "eyes.present: this vergenced was built without libgpiod 1.x and cannot turn eyes");
+                      "eyes.present: this vergenced was built without libgpiod and cannot turn eyes");
   return false;
 #endif
   bool lines_work = false;

@@ -57,7 +57,7 @@ class LinuxDevices {
 #ifdef VERGENCE_WITH_GPIOD
   using Lines = step::LibgpiodLines;
 #else
-  // Built without libgpiod 1.x: there are none.
+  // Built without libgpiod: there are none.
   struct Lines {
     [[nodiscard]] bool set_outputs(std::uint32_t) { return false; }
     [[nodiscard]] bool set_enable(bool) { return false; }

@@ -1,5 +1,5 @@
-// A stand-in for libgpiod 1.x: chips and lines in memory, and every errno on request. Tests that link it do
-// not link the library.
+// A stand-in for libgpiod, 1.x (fake_gpiod_1.cpp) or 2 (fake_gpiod_2.cpp), whichever is built for: chips and
+// lines in memory, and every errno on request. Tests that link it do not link the library.
 #pragma once
 
 #include <cstddef>
@@ -32,10 +32,10 @@ struct FakeGpioWrite {
 struct FakeGpio {
   std::vector<FakeGpioChip> chips;
   std::vector<FakeGpioWrite> writes;  // requests' first levels among them
-  int open_chips = 0;                 // handles
+  int open_handles = 0;               // of chips; of 2 also of all else that is to be given back
   int set_calls = 0;
   // errno of calls that are to fail; 0: they do not.
-  int list_error = 0;
+  int list_error = 0;  // where all chips are looked through
   int open_error = 0;
   int find_error = 0;
   int output_request_error = 0;  // of several lines

@@ -56,7 +56,7 @@ class LibgpiodLinesTest : public ::testing::Test {
                   {"gpiochip2", "bystander", {}}};
     for (const char* name : kOutputs) gpio.chips[0].lines.push_back({name});
   }
-  ~LibgpiodLinesTest() override { EXPECT_EQ(gpio.open_chips, 0); }
+  ~LibgpiodLinesTest() override { EXPECT_EQ(gpio.open_handles, 0); }
 
   [[nodiscard]] std::uint32_t wires() const {
     std::uint32_t levels = 0;
@@ -72,7 +72,7 @@ class LibgpiodLinesTest : public ::testing::Test {
     EXPECT_EQ(error.kind, kind) << describe(error.kind);
     EXPECT_STREQ(error.what.data(), what);
     EXPECT_EQ(error.os_error, os_error) << std::strerror(error.os_error);
-    EXPECT_EQ(gpio.open_chips, 0);
+    EXPECT_EQ(gpio.open_handles, 0);
     for (const FakeGpioChip& chip : gpio.chips) {
       for (const FakeGpioLine& line : chip.lines) EXPECT_FALSE(line.is_ours) << line.name;
     }
@@ -144,7 +144,7 @@ TEST_F(LibgpiodLinesTest, OpensAnew) {
   LibgpiodLines lines;
   ASSERT_EQ(lines.open(config).kind, LinesErrorKind::kNone);
   ASSERT_EQ(lines.open(config_of_board()).kind, LinesErrorKind::kNone);
-  EXPECT_EQ(gpio.open_chips, 3);
+  EXPECT_EQ(gpio.open_handles, 3);
   std::uint32_t levels = 1;
   EXPECT_TRUE(lines.read_inputs(levels));
   EXPECT_EQ(levels, 0U);
@@ -157,7 +157,7 @@ TEST_F(LibgpiodLinesTest, SwitchesMayBeAbsent) {
   config.inputs_chip = {};
   LibgpiodLines lines;
   ASSERT_EQ(lines.open(config).kind, LinesErrorKind::kNone);
-  EXPECT_EQ(gpio.open_chips, 2);
+  EXPECT_EQ(gpio.open_handles, 2);
   std::uint32_t levels = 5;
   gpio.get_error = EIO;  // nothing is read
   EXPECT_TRUE(lines.read_inputs(levels));
@@ -178,7 +178,7 @@ TEST_F(LibgpiodLinesTest, ClosingDropsTheEnableLineThenEndsPulsesAndReleasesAll)
     }
     const std::vector<FakeGpioWrite> expected = {{"enable", 0}, {"right-step", 0}};
     EXPECT_EQ(gpio.writes, expected);
-    EXPECT_EQ(gpio.open_chips, 0);
+    EXPECT_EQ(gpio.open_handles, 0);
     EXPECT_FALSE(gpio.line("enable").is_ours);
     EXPECT_FALSE(gpio.line("right-step").is_ours);
     EXPECT_FALSE(gpio.line("tilt-low").is_ours);
@@ -298,7 +298,7 @@ TEST_F(LibgpiodLinesTest, TwoChipsWithOneLabelAreToldApartByName) {
   ASSERT_EQ(lines.open(config).kind, LinesErrorKind::kNone);
   EXPECT_TRUE(gpio.chips[2].lines[0].is_ours);
   EXPECT_FALSE(gpio.line("tilt-low").is_ours);
-  EXPECT_EQ(gpio.open_chips, 3);
+  EXPECT_EQ(gpio.open_handles, 3);
 }
 
 // Where another chip may not be opened, labels cannot be read; a chip's name still finds it.

@@ -119,7 +119,7 @@ void print_execution(Page& page, const RtLoad& load) {
     const double share = static_cast<double>(count) / static_cast<double>(execution.count());
     const std::string bar(static_cast<std::size_t>(share * kBar + 0.5), '#');
     page.print("  %8.2f to %8.2f %9llu  %s\n", us(execution.bucket(i).least_ns),
-               us(execution.bucket(i + kMerged).least_ns), static_cast<unsigned long long>(count),
+               us(execution.bucket(i + kMerged - 1).greatest_ns), static_cast<unsigned long long>(count),
                bar.c_str());
   }
 }

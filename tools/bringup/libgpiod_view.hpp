@@ -1,14 +1,12 @@
-// The chips of this machine, through libgpiod 1.x.
+// The chips of this machine, through libgpiod 1.x (libgpiod_1_view.cpp) or 2 (libgpiod_2_view.cpp).
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/bringup/gpio_view.hpp"
-
-struct gpiod_chip;
-struct gpiod_line;
 
 namespace vergence::tools {
 
@@ -20,8 +18,8 @@ class LibgpiodView final : public GpioView {
 
 class LibgpiodEdges final : public EdgeWatch {
  public:
-  LibgpiodEdges() = default;
-  ~LibgpiodEdges() { close(); }
+  LibgpiodEdges();
+  ~LibgpiodEdges();
   LibgpiodEdges(const LibgpiodEdges&) = delete;
   LibgpiodEdges& operator=(const LibgpiodEdges&) = delete;
 
@@ -31,7 +29,8 @@ class LibgpiodEdges final : public EdgeWatch {
   void collect(std::vector<std::int64_t>& rising_ns) override;
 
  private:
-  gpiod_line* line_ = nullptr;
+  struct Watched;  // as the version of the library has it
+  std::unique_ptr<Watched> watched_;
 };
 
 }  // namespace vergence::tools

@@ -153,7 +153,7 @@ std::vector<Finding> check_gpio(const ControllerConfig& config) {
   return judge(look_at_lines(view, config.lines), config.lines);
 #else
   Findings found("gpio");
-  found.fail("libgpiod", "this program was built without it", "install libgpiod-dev 1.x and build again");
+  found.fail("libgpiod", "this program was built without it", "install libgpiod-dev and build again");
   return found.take();
 #endif
 }

@@ -44,7 +44,8 @@ Transform pose_of(const std::filesystem::path& file, const CsvRow& row) {
 
 std::map<int, Transform> read_numbered_poses(const std::filesystem::path& file) {
   std::map<int, Transform> poses;
-  for (const CsvRow& row : read_table(file, "frame").rows) {
+  const Csv table = read_table(file, "frame");
+  for (const CsvRow& row : table.rows) {
     const double number = row.values[0];
     if (number != std::floor(number) || number < 0 || number > 999'999'999)
       throw InputError(file, where(row, "frame"), "is not the number of a picture", "0 to 999999999, whole");
@@ -56,7 +57,8 @@ std::map<int, Transform> read_numbered_poses(const std::filesystem::path& file) 
 
 std::vector<TimedPose> read_timed_poses(const std::filesystem::path& file) {
   std::vector<TimedPose> poses;
-  for (const CsvRow& row : read_table(file, "t_s").rows) {
+  const Csv table = read_table(file, "t_s");
+  for (const CsvRow& row : table.rows) {
     const double t_s = row.values[0];
     if (!poses.empty() && !(t_s > poses.back().t_s))
       throw InputError(file, where(row, "t_s"), "is not later than the row before", "sort the rows by time");

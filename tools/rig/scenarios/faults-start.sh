@@ -39,7 +39,12 @@ expect "machine that cannot keep time" 1 "cannot keep time" "$daemon" --config "
 
 # Lines that somebody else has.
 read -ra lines <<<"$RIG_GPIO_LINES"
-gpioset --mode=signal "$(gpiodetect | sed -n "s/ \[$RIG_GPIO_CHIP\].*//p")" 1=0 &
+chip=$(gpiodetect | sed -n "s/ \[$RIG_GPIO_CHIP\].*//p")
+case $(gpioset --version | head -1) in
+  *" v1."*) hold=(--mode=signal "$chip") ;;
+  *) hold=(--chip "$chip") ;;
+esac
+gpioset "${hold[@]}" 1=0 &
 holder=$!
 sleep 0.2
 expect "GPIO line taken" 1 "${lines[1]}" "$daemon" --realtime=ignore --config "$robot/robot.vcfg"

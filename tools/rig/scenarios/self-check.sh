@@ -22,5 +22,6 @@ touch /usr/share/vergence-rig-was-here || failed=1
 
 check v4l2_test 'V4l2Vivid.*:V4l2Linux.*'
 check canopen_test 'SocketCanTest.*:VirtualCanTest.*'
+check gpio_sim_test 'GpioSimTest.*'
 gpiodetect
 exit $failed

@@ -1,3 +1,4 @@
+// For libgpiod 1.x.
 #include "tools/bringup/libgpiod_view.hpp"
 
 #include <gpiod.h>
@@ -6,6 +7,7 @@
 #include <cstring>
 #include <ctime>
 #include <memory>
+#include <utility>
 
 namespace vergence::tools {
 namespace {
@@ -61,34 +63,44 @@ std::optional<bool> LibgpiodView::level(const std::string& label, const std::str
   return value < 0 ? std::nullopt : std::optional<bool>(value != 0);
 }
 
+// The line's chip is closed with it.
+struct LibgpiodEdges::Watched {
+  gpiod_line* line = nullptr;
+
+  explicit Watched(gpiod_line* found) : line(found) {}
+  ~Watched() { gpiod_line_close_chip(line); }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+};
+
+LibgpiodEdges::LibgpiodEdges() = default;
+LibgpiodEdges::~LibgpiodEdges() = default;
+
 std::string LibgpiodEdges::open(const std::string& name) {
   close();
   errno = 0;
   gpiod_line* const line = gpiod_line_find(name.c_str());
   if (line == nullptr) return "no chip has a line '" + name + "'";
+  auto watched = std::make_unique<Watched>(line);
   if (gpiod_line_direction(line) == GPIOD_LINE_DIRECTION_OUTPUT || gpiod_line_is_used(line)) {
-    gpiod_line_close_chip(line);
     return "'" + name + "' is in use, or an output";
   }
   if (gpiod_line_request_rising_edge_events(line, kConsumer) != 0) {
-    std::string problem = "'" + name + "' gives no edges: " + std::strerror(errno);
-    gpiod_line_close_chip(line);
-    return problem;
+    return "'" + name + "' gives no edges: " + std::strerror(errno);
   }
-  line_ = line;
+  watched_ = std::move(watched);
   return "";
 }
 
 void LibgpiodEdges::close() {
-  if (line_ != nullptr) gpiod_line_close_chip(line_);
-  line_ = nullptr;
+  watched_.reset();
 }
 
 void LibgpiodEdges::collect(std::vector<std::int64_t>& rising_ns) {
   constexpr timespec kNoWait{0, 0};
-  while (line_ != nullptr && gpiod_line_event_wait(line_, &kNoWait) == 1) {
+  while (watched_ && gpiod_line_event_wait(watched_->line, &kNoWait) == 1) {
     gpiod_line_event event{};
-    if (gpiod_line_event_read(line_, &event) != 0) return;
+    if (gpiod_line_event_read(watched_->line, &event) != 0) return;
     rising_ns.push_back(std::int64_t{event.ts.tv_sec} * 1'000'000'000 + event.ts.tv_nsec);
   }
 }
