@@ -1,6 +1,6 @@
-// The last 30 s of everything, kept in memory that was there from the start, and written to a file when
-// something went wrong. Who records never waits for the file: another thread writes it, and until it has,
-// nothing new is recorded, so that what led to the fault cannot be overwritten.
+// The last 30 s and more of everything, kept in memory that was there from the start, and written to a file
+// when something went wrong. Who records never waits for the file: another thread writes it, and until it
+// has, nothing new is recorded, so that what led to the fault cannot be overwritten.
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@
 
 namespace vergence {
 
-inline constexpr int kBoxSeconds = 30;
-inline constexpr std::size_t kBoxRecords = 15'000;   // one each 2 ms; at 1 kHz those of 15 s
-inline constexpr std::size_t kBoxTailRecords = 500;  // after the fault: a second, or half of one
-inline constexpr std::size_t kBoxPictures = 60;      // pairs, two a second
+inline constexpr std::size_t kBoxRecords =
+    30'000;  // of 30 s where the arm's task runs at 1 kHz, else of a minute
+inline constexpr std::size_t kBoxTailRecords = 1000;  // after the fault: a second, or two
+inline constexpr std::size_t kBoxPictures = 60;       // pairs, two a second
 inline constexpr std::int64_t kBoxPictureEvery_ns = 480'000'000;
 inline constexpr int kBoxPictureWidth = 160;
 inline constexpr int kBoxPictureHeight = 120;
@@ -56,8 +56,8 @@ class BlackBox {
  public:
   // The arm's task, each period; bounded, without system calls.
   void record(const TelemetryRecord& record);
-  // The same task: keep what is there, and a second more. True where this is the first call since the last
-  // file.
+  // The same task: keep what is there, and kBoxTailRecords more. True where this is the first call since the
+  // last file.
   bool trigger(std::int64_t now_ns);
 
   // The vision task, each pair; takes what is due.
