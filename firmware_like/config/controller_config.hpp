@@ -12,7 +12,7 @@
 #include "firmware_like/robot_config.hpp"
 #include "firmware_like/task_table.hpp"
 #include "hal/canopen/arm_config.hpp"
-#include "hal/gpio_step/libgpiod_lines.hpp"
+#include "hal/gpio_step/lines_config.hpp"
 #include "hal/gpio_step/step_motors.hpp"
 #include "hal/v4l2/v4l2_config.hpp"
 

@@ -53,16 +53,16 @@ class LineGroup {
     return error;
   }
   // Without levels: as inputs. After an error, release() gives back what there is.
-  [[nodiscard]] LinesError take(const GpioName& chip, std::span<const LineSpec> lines,
+  [[nodiscard]] LinesError take(const GpioName& chip, std::span<const LineSpec> specs,
                                 const std::uint32_t* levels);
 
-  // 1.x: lines belong to an open chip.
-  gpiod_chip* chip_ = nullptr;
-  std::array<gpiod_line*, kGroupLines> lines_{};
+  // Each version has its own. 1.x: lines belong to an open chip.
+  [[maybe_unused]] gpiod_chip* chip_ = nullptr;
+  [[maybe_unused]] std::array<gpiod_line*, kGroupLines> lines_{};
   // 2: offsets in a chip belong to a request, which the kernel knows by a file.
-  struct gpiod_line_request* request_ = nullptr;  // 1.x has a function of that name
-  std::array<unsigned, kGroupLines> offsets_{};
-  int file_ = -1;
+  [[maybe_unused]] struct gpiod_line_request* request_ = nullptr;  // 1.x has a function of that name
+  [[maybe_unused]] std::array<unsigned, kGroupLines> offsets_{};
+  [[maybe_unused]] int file_ = -1;
 
   std::size_t count_ = 0;  // of requested lines
 };

@@ -14,6 +14,8 @@ common=$(find algo hal firmware_like tools -name '*.hpp' -print0 | sort -z |
 
 check() {
   local file=$1 key
+  # Of the two versions of libgpiod, the one that is not here.
+  case $file in */libgpiod_[12]_*) grep -qF "$file" "$build/compile_commands.json" || return 0 ;; esac
   key=$(sha256sum <"$file" | cut -c1-16)-$common
   [ ! -e "$cache/$key" ] || return 0
   clang-tidy --quiet -p "$build" "$file" 2>/dev/null || { echo "clang-tidy: $file"; return 1; }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/gpio_step/libgpiod_lines.hpp"
+#include "hal/gpio_step/lines_config.hpp"
 #include "hal/gpio_step/motor_set.hpp"
 #include "tools/bringup/finding.hpp"
 #include "tools/bringup/gpio_view.hpp"
