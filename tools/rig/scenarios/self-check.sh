@@ -18,7 +18,7 @@ check() {
 }
 
 # On the scratch copy, not on the host: whoever started this looks.
-touch /usr/share/vergence-rig-was-here || failed=1
+[ -n "${RIG_NATIVE:-}" ] || touch /usr/share/vergence-rig-was-here || failed=1
 
 check v4l2_test 'V4l2Vivid.*:V4l2Linux.*'
 check canopen_test 'SocketCanTest.*:VirtualCanTest.*'
