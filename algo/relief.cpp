@@ -28,7 +28,7 @@ constexpr int kPoseSteps = 2;
 constexpr int kSteps = 3;
 constexpr double kShare = 0.6;
 
-// Depths tried at first.
+// Depths tried: some each frame, all of them every kSweepFrames.
 constexpr int kSweepFrames = 5;
 constexpr int kFlatHypothesis = kReliefHypotheses / 2;  // the one in the middle
 constexpr int kSweepPerFrame = kReliefHypotheses / kSweepFrames;
@@ -36,8 +36,8 @@ static_assert(kSweepFrames * kSweepPerFrame == kReliefHypotheses);
 constexpr int kSweepLevel = 1;
 constexpr int kSweepRounds = 3;
 constexpr double kSweepStep_mm = 3;
-constexpr int kLastSweep = 20;  // frames; until then depths are tried again and again
-constexpr double kJump = 0.9;   // of the cost of the depth it has: a point goes to another one below that
+constexpr int kLastSweep = 25;  // frames; until then depths are tried again and again
+constexpr double kJump = 0.95;  // of the cost of the depth it has: a point goes to another one below that
 constexpr double kPlaneOutlier_mm = 8;  // off the plane through all depths
 
 Vector3 limited(const Vector3& step, double limit) {
