@@ -1,4 +1,5 @@
 // How a relief is learned, frame by frame, and when it is adopted.
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "algo/hue.hpp"
@@ -27,7 +28,7 @@ constexpr int kPoseSteps = 2;
 constexpr int kSteps = 3;
 constexpr double kShare = 0.6;
 
-// Depths tried at first.
+// Depths tried: some each frame, all of them every kSweepFrames.
 constexpr int kSweepFrames = 5;
 constexpr int kFlatHypothesis = kReliefHypotheses / 2;  // the one in the middle
 constexpr int kSweepPerFrame = kReliefHypotheses / kSweepFrames;
@@ -35,6 +36,9 @@ static_assert(kSweepFrames * kSweepPerFrame == kReliefHypotheses);
 constexpr int kSweepLevel = 1;
 constexpr int kSweepRounds = 3;
 constexpr double kSweepStep_mm = 3;
+constexpr int kLastSweep = 25;  // frames; until then depths are tried again and again
+constexpr double kJump = 0.95;  // of the cost of the depth it has: a point goes to another one below that
+constexpr double kPlaneOutlier_mm = 8;  // off the plane through all depths
 
 Vector3 limited(const Vector3& step, double limit) {
   const double length = std::sqrt(step.squaredNorm());
@@ -118,61 +122,94 @@ void Relief::start(const PhotoModel& flat) {
   }
 }
 
-// Tries some depths for all points at once, and keeps how badly each explains each point. After the last,
-// every point starts from the depth that its neighbourhood likes best: far enough into the valley for
-// Gauss-Newton.
-void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                   const PhotoModel& model, const Transform& T_H_M) {
-  Points& depth = product_;
-  depth.fill(0);
-  look(rig, left, right, kSweepLevel, model, depth, T_H_M);
-  const std::array<Light, 3> flat_light = light_;
-  for (int n = 0; n < kSweepPerFrame; ++n) {
-    const int h = frames_ * kSweepPerFrame + n;
-    depth.fill(kSweepStep_mm * (h - kFlatHypothesis));
-    look(rig, left, right, kSweepLevel, model, depth, T_H_M);
+// Of what look() saw at the level of the sweep: how badly the three views of a point agree, robustly.
+float Relief::misfit(const PhotoModel& model, const std::array<Light, 3>& lights, int i) const {
+  const ReliefSample& l = left_[at(i)];
+  const ReliefSample& r = right_[at(i)];
+  const std::array<float, 4> photo = photo_colour(model, kSweepLevel, i);
+  double sum = 0;
+  for (unsigned c = 0; c < 3; ++c) {
+    const auto add = [&](const Light& light, double a, double b, double seen) {
+      const double residual = (a - light.gain * b - light.offset[c]) / light.scale;
+      const double squared = residual * residual;
+      sum += seen > 0 ? squared / (1 + squared) : 1;
+    };
+    add(lights[0], l.value[c], photo[c], l.seen);
+    add(lights[1], r.value[c], photo[c], r.seen);
+    add(lights[2], l.value[c], r.value[c], l.seen * r.seen);
+  }
+  return static_cast<float>(is_target_[at(i)] * sum);
+}
+
+// Over neighbours, some times.
+void Relief::average(std::array<float, kMaxReliefPoints>& of_points) {
+  for (int round = 0; round < kSweepRounds; ++round) {
     for (int i = 0; i < points_; ++i) {
-      const ReliefSample& l = left_[at(i)];
-      const ReliefSample& r = right_[at(i)];
-      const std::array<float, 4> photo = photo_colour(model, kSweepLevel, i);
-      double sum = 0;
-      for (unsigned c = 0; c < 3; ++c) {
-        const auto add = [&](const Light& light, double a, double b, double seen) {
-          const double residual = (a - light.gain * b - light.offset[c]) / light.scale;
-          const double squared = residual * residual;
-          sum += seen > 0 ? squared / (1 + squared) : 1;
-        };
-        add(flat_light[0], l.value[c], photo[c], l.seen);
-        add(flat_light[1], r.value[c], photo[c], r.seen);
-        add(flat_light[2], l.value[c], r.value[c], l.seen * r.seen);
+      double sum = of_points[at(i)];
+      double weight = is_target_[at(i)];
+      for (const std::int16_t j : neighbour_[at(i)]) {
+        sum += of_points[at(j)];
+        weight += is_target_[at(j)];
       }
-      sweep_[at(h)][at(i)] = static_cast<float>(is_target_[at(i)] * sum);
+      product_[at(i)] = weight > 0 ? sum / weight : 0;
     }
+    for (int i = 0; i < points_; ++i)
+      of_points[at(i)] = static_cast<float>(is_target_[at(i)] * product_[at(i)]);
   }
-  ++frames_;
-  if (frames_ < kSweepFrames) return;
-  for (auto& costs : sweep_) {
-    for (int round = 0; round < kSweepRounds; ++round) {
-      for (int i = 0; i < points_; ++i) {
-        double sum = costs[at(i)];
-        double weight = is_target_[at(i)];
-        for (const std::int16_t j : neighbour_[at(i)]) {
-          sum += costs[at(j)];
-          weight += is_target_[at(j)];
-        }
-        product_[at(i)] = weight > 0 ? sum / weight : 0;
-      }
-      for (int i = 0; i < points_; ++i)
-        costs[at(i)] = static_cast<float>(is_target_[at(i)] * product_[at(i)]);
-    }
+}
+
+// Tries some depths for all points at once, and keeps how badly each explains each point. Every kSweepFrames
+// frames all have been tried, and points go to the depth that their neighbourhood likes best: far enough into
+// the valley for Gauss-Newton. The first time the flat model's pose is still biased, and a repeated pattern
+// may fit one stripe beside; tried again at a better pose it does not.
+void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                   const PhotoModel& model, const Transform& T_H_C) {
+  look(rig, left, right, kSweepLevel, model, z_mm_, T_H_C);
+  const std::array<Light, 3> lights = light_;
+  for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(model, lights, i);
+  Points& depth = product_;
+  const int first = frames_ % kSweepFrames * kSweepPerFrame;
+  for (int h = first; h < first + kSweepPerFrame; ++h) {
+    depth.fill(kSweepStep_mm * (h - kFlatHypothesis));
+    look(rig, left, right, kSweepLevel, model, depth, T_H_C);
+    for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(model, lights, i);
   }
+  if (first + kSweepPerFrame < kReliefHypotheses) return;
+  for (auto& costs : sweep_) average(costs);
+  average(kept_);
+  const double jump = frames_ < kSweepFrames ? 1 : kJump;  // flat, where nothing tells
   for (int i = 0; i < points_; ++i) {
-    int best = kFlatHypothesis;  // flat, where nothing tells
+    int best = kFlatHypothesis;
     for (int h = 0; h < kReliefHypotheses; ++h) {
       if (sweep_[at(h)][at(i)] < sweep_[at(best)][at(i)]) best = h;
     }
-    z_mm_[at(i)] = kSweepStep_mm * (best - kFlatHypothesis);
+    if (sweep_[at(best)][at(i)] < jump * kept_[at(i)])
+      z_mm_[at(i)] = kSweepStep_mm * (best - kFlatHypothesis);
   }
+}
+
+// The plane through all depths says how the pose is off rather than what the target is like: takes it out of
+// them, robustly, and returns the pose that has it instead.
+Transform Relief::take_plane_out() {
+  constexpr int kRounds = 4;
+  Vector3 plane = Vector3::Zero();  // z = plane . (1, x, y)
+  const auto place = [this](int i) { return Vector3{1, x_mm_[at(i)], y_mm_[at(i)]}; };
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix3 N = 1e-6 * Matrix3::Identity();
+    Vector3 q = Vector3::Zero();
+    for (int i = 0; i < points_; ++i) {
+      const Vector3 p = place(i);
+      const double off = round == 0 ? 0 : (z_mm_[at(i)] - plane.dot(p)) / kPlaneOutlier_mm;
+      const double w = is_target_[at(i)] / (1 + off * off);
+      N += w * p * p.transpose();
+      q += w * z_mm_[at(i)] * p;
+    }
+    plane = N.ldlt().solve(q);
+  }
+  for (int i = 0; i < points_; ++i) z_mm_[at(i)] -= plane.dot(place(i));
+  const double cosine = 1 / std::sqrt(1 + plane[1] * plane[1] + plane[2] * plane[2]);
+  return {rotation_from_quaternion_vector(Vector3{plane[2], -plane[1], 0} * (0.5 * cosine)),
+          {0, 0, plane[0]}};
 }
 
 bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
@@ -181,6 +218,7 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
   if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
   if (frames_ < kSweepFrames) {
     sweep(rig, left, right, model, T_H_M);
+    if (++frames_ == kSweepFrames) T_M_C_ = take_plane_out();
     return false;
   }
   const int level = frames_ < kReliefCoarseFrames ? 2 : (frames_ < kMiddleFrames ? 1 : 0);
@@ -217,6 +255,7 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
       z_mm_[at(i)] = clamped(z_mm_[at(i)] + share * dz, -kMaxRelief_mm, kMaxRelief_mm);
     }
   }
+  if (frames_ < kLastSweep) sweep(rig, left, right, model, T_H_C);
   T_M_C_ = T_H_M.inverse() * T_H_C;
   double squares = 0;
   for (int i = 0; i < points_; ++i) squares += is_target_[at(i)] * z_mm_[at(i)] * z_mm_[at(i)];

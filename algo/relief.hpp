@@ -87,7 +87,10 @@ class Relief {
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
   [[nodiscard]] Vector6 solve_pose() const;
   void sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-             const PhotoModel& model, const Transform& T_H_M);
+             const PhotoModel& model, const Transform& T_H_C);
+  [[nodiscard]] float misfit(const PhotoModel& model, const std::array<Light, 3>& lights, int i) const;
+  void average(std::array<float, kMaxReliefPoints>& of_points);
+  [[nodiscard]] Transform take_plane_out();
   Vector6 solve_jointly();
 
   int points_ = 0;
@@ -123,6 +126,7 @@ class Relief {
   double trend_bond_y_ = 0;
   double target_points_ = 0;
   std::array<std::array<float, kMaxReliefPoints>, kReliefHypotheses> sweep_{};  // cost of each depth tried
+  std::array<float, kMaxReliefPoints> kept_{};                                  // and of the depth it has
   Points dz_mm_{};
   Points residual_{};
   Points direction_{};

@@ -10,6 +10,8 @@ namespace {
 constexpr double kEarlyTrend_rad = 0.03;  // instead of kTrend_rad, in the coarse frames
 constexpr int kConjugateSteps = 24;
 
+constexpr double kLeftRight = 0.5;  // weight of the third pairing: it repeats what the first two say
+
 // Priors, in squared residuals over their scale.
 constexpr double kSmoothness = 0.04;   // of neighbours' difference, a mm squared
 constexpr double kEdge_mm = 4;         // beyond it a difference is an edge rather than a slope
@@ -49,7 +51,7 @@ void Relief::linearise(const PhotoModel& model, int level) {
       const Light& lr = light_[2];
       add(pl, l.value[c] - pl.gain * photo[c] - pl.offset[c], l.seen, {slope[0], slope[1], 0, 0});
       add(pr, r.value[c] - pr.gain * photo[c] - pr.offset[c], r.seen, {0, 0, slope[2], slope[3]});
-      add(lr, l.value[c] - lr.gain * r.value[c] - lr.offset[c], l.seen * r.seen,
+      add(lr, l.value[c] - lr.gain * r.value[c] - lr.offset[c], kLeftRight * l.seen * r.seen,
           {slope[0], slope[1], -lr.gain * slope[2], -lr.gain * slope[3]});
     }
     for (int a = 0; a < 4; ++a) {
