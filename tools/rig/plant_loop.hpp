@@ -5,14 +5,18 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "firmware_like/config/controller_config.hpp"
+#include "tools/demo/pen.hpp"
 #include "tools/report/log_table.hpp"
 #include "tools/rig/controller_process.hpp"
+#include "tools/rig/controller_view.hpp"
 #include "tools/rig/drive_bank.hpp"
 #include "tools/rig/picture_feed.hpp"
 #include "tools/rig/picture_schedule.hpp"
@@ -35,6 +39,7 @@ class PlantLoop {
 
   [[nodiscard]] const tools::LogTable& log() const { return log_; }
   [[nodiscard]] const Judge& judge() const { return judge_; }
+  [[nodiscard]] const demo::Pen& pen() const { return pen_; }
   [[nodiscard]] PictureCounts pictures(int side) { return feed_.counts(side); }
   [[nodiscard]] const DriveBank& drives() const { return drives_; }
   [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
@@ -50,10 +55,12 @@ class PlantLoop {
 
   void tick(std::int64_t tick);
   void keep_faults(double t_s);
+  [[nodiscard]] bool is_pen_let_go(double t_s);
   void begin(const FaultEvent& fault);
   void hold(const FaultEvent& fault, std::int64_t tick);
   void end(const FaultEvent& fault);
   void take_trace();
+  void keep_out_of_step(std::size_t captured_side);
   void show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H);
 
   RigScenario scenario_;
@@ -66,12 +73,21 @@ class PlantLoop {
   TraceReader trace_;
   std::array<Vivid, 2> cameras_;
   PictureFeed feed_;
+  ControllerView view_;
+  demo::Pen pen_;
+  struct Aim {
+    double t_s = 0;
+    Transform T_W_H;
+    Transform T_W_M;
+  };
+  std::deque<Aim> aims_;  // of the last rows, as the controller has it; oldest first
   Judge judge_;
   tools::LogTable log_;
 
   std::vector<Phase> phases_;
   std::array<PictureSchedule, 2> schedules_;
   std::array<int, 2> minors_;
+  bool out_of_step_ = false;
   std::int64_t tick_ = 0;
   std::uint64_t pictures_ = 0;
   std::int64_t worst_lateness_ns_ = 0;

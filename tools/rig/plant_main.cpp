@@ -107,6 +107,16 @@ std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
   return notes;
 }
 
+void add_pen(const demo::Pen& pen, const RigScenario& scenario, std::vector<tools::Metric>& metrics) {
+  metrics.push_back(
+      demo::at_least("hit", pen.hit ? 1 : 0, "", 1, std::nullopt, "whether the pen meets the target's body"));
+  metrics.push_back(demo::at_most("miss_mm", pen.miss_mm, "mm", std::nullopt, std::nullopt,
+                                  "from the target's middle, where the pen came down"));
+  metrics.push_back(demo::at_most("dropped_at_s",
+                                  pen.dropped_s.value_or(std::numeric_limits<double>::quiet_NaN()), "s",
+                                  scenario.duration_s, std::nullopt, "when the pen was let go"));
+}
+
 bool is_left_dead(const RigScenario& scenario) {
   return std::any_of(scenario.faults.begin(), scenario.faults.end(), [](const FaultEvent& fault) {
     return fault.kind == FaultKind::kControllerKilled && fault.for_s == 0;
@@ -141,6 +151,7 @@ int run(const Options& options) {
   summary.signature = plant.log().signature();
   summary.duration_s = scenario.duration_s;
   summary.metrics = plant.judge().metrics(plant.log());
+  if (scenario.pen_from_s > 0) add_pen(plant.pen(), scenario, summary.metrics);
   if (!is_left_dead(scenario)) {
     summary.metrics.push_back(demo::at_most("controller_status", std::abs(controller_status), "", 0,
                                             std::nullopt,

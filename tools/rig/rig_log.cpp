@@ -40,13 +40,14 @@ tools::LogTable empty_rig_log() {
     names.push_back("sent" + number + "_rad_per_s");
     names.push_back("state" + number);
   }
-  for (const char* part : {"syncs", "frames_received", "frames_sent", "edges", "pictures"})
+  for (const char* part :
+       {"syncs", "frames_received", "frames_sent", "edges", "pictures", "mode", "track_state", "believed"})
     names.emplace_back(part);
   return tools::LogTable(names);
 }
 
 void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, const DriveBank& drives,
-             const EyeMotors& eyes, const DesiredRelation& relation) {
+             const EyeMotors& eyes, const DesiredRelation& relation, const ControllerView& controller) {
   const Transform T_S_W = world.T_W_S().inverse();
   const Transform T_S_M = T_S_W * world.T_W_M(row.t_s);
   const Transform T_S_H = T_S_W * world.T_W_H(drives.position_rad());
@@ -76,6 +77,10 @@ void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, con
   for (const std::uint64_t count : {bus.syncs, bus.received, bus.sent, eyes.edges(), row.pictures}) {
     values.push_back(static_cast<double>(count));
   }
+  const std::optional<TelemetryRecord>& said = controller.record();
+  values.push_back(said ? said->mode : kNaN);
+  values.push_back(said ? said->track_state : kNaN);
+  values.push_back(said ? said->target_believed : kNaN);
   log.append(values);
 }
 
@@ -98,7 +103,22 @@ double Judge::end_of(std::size_t fault) const {
   return end_s;
 }
 
-void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives) {
+void Judge::watch_rest(const FaultEvent& fault, Verdict& verdict, double t_s, double tool_mm_per_s,
+                       const ControllerView& controller) const {
+  const double since_s = t_s - fault.at_s;
+  if (since_s >= fault.within_s && since_s < fault.for_s) {
+    ++verdict.rest_rows;
+    // Without pictures the last look remains what it was.
+    const bool sees_it = fault.kind == FaultKind::kTargetAbsent && controller.tracks();
+    if (controller.searches() && !sees_it) ++verdict.searching_rows;
+  }
+  if (since_s >= fault.for_s && verdict.again_s < 0 && tool_mm_per_s >= kStill_mm_per_s) {
+    verdict.again_s = since_s - fault.for_s;
+  }
+}
+
+void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives,
+                  const ControllerView& controller) {
   worst_tool_mm_per_s_ = std::max(worst_tool_mm_per_s_, tool_mm_per_s);
   total_way_mm_ += tool_mm_per_s * 1e-3;
   for (std::size_t i = 0; i < drives.joints(); ++i) {
@@ -120,6 +140,10 @@ void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives) {
     if (t_s < fault.at_s || t_s >= end_of(k)) continue;
     const double since_s = t_s - fault.at_s;
     if (!drives.is_any_enabled()) verdict.was_disabled = true;
+    if (fault.expect == Expectation::kRest) {
+      watch_rest(fault, verdict, t_s, tool_mm_per_s, controller);
+      if (since_s >= fault.for_s) continue;
+    }
     const bool is_still = tool_mm_per_s < kStill_mm_per_s;
     if (!is_still && verdict.still_since_s >= 0 && since_s > fault.within_s && verdict.moved_again_s < 0) {
       verdict.moved_again_s = since_s;
@@ -131,6 +155,18 @@ void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives) {
     if (since_s > fault.within_s)
       verdict.fastest_mm_per_s = std::max(verdict.fastest_mm_per_s, tool_mm_per_s);
   }
+}
+
+void Judge::add_rest(std::vector<tools::Metric>& metrics, const std::string& name, const FaultEvent& fault,
+                     const Verdict& verdict) {
+  const double searching =
+      verdict.rest_rows > 0 ? static_cast<double>(verdict.searching_rows) / verdict.rest_rows : kNaN;
+  metrics.push_back(demo::at_least(name + "_searching", searching, "", 1, std::nullopt,
+                                   "share of that time in which the controller said that it searches, and "
+                                   "believed in no target"));
+  const double again_ms = verdict.again_s < 0 ? kNaN : verdict.again_s * 1e3;
+  metrics.push_back(demo::at_most(name + "_again_ms", again_ms, "ms", fault.again_within_s * 1e3,
+                                  std::nullopt, "from its end until the tool moved again"));
 }
 
 std::vector<tools::Metric> Judge::metrics(const tools::LogTable& log) const {
@@ -151,7 +187,7 @@ std::vector<tools::Metric> Judge::metrics(const tools::LogTable& log) const {
     const FaultEvent& fault = scenario_.faults[k];
     const Verdict& verdict = verdicts_[k];
     const std::string name = std::to_string(k + 1) + "_" + fault.name;
-    if (fault.expect == Expectation::kStop) {
+    if (fault.expect == Expectation::kStop || fault.expect == Expectation::kRest) {
       // A hand that rests proves nothing.
       std::optional<double> moving;
       if (fault.at_s >= scenario_.settle_s) moving = kStill_mm_per_s;
@@ -160,12 +196,18 @@ std::vector<tools::Metric> Judge::metrics(const tools::LogTable& log) const {
       const double still_ms = verdict.still_since_s < 0 ? kNaN : verdict.still_since_s * 1e3;
       metrics.push_back(at_most(name + "_still_ms", still_ms, "ms", fault.within_s * 1e3, std::nullopt,
                                 "from the fault until the tool was slower than 1 mm/s"));
+      const bool rests = fault.expect == Expectation::kRest;
       metrics.push_back(at_most(name + "_then_mm_per_s", verdict.fastest_mm_per_s, "mm/s", kStill_mm_per_s,
-                                std::nullopt, "fastest after that, until the operator's next word"));
+                                std::nullopt,
+                                rests ? "fastest after that, until it was over"
+                                      : "fastest after that, until the operator's next word"));
+      if (rests) add_rest(metrics, name, fault, verdict);
+    }
+    if (fault.expect == Expectation::kStop) {
       metrics.push_back(at_least(name + "_drives_off", verdict.was_disabled ? 1 : 0, "", 1, std::nullopt,
                                  "whether the drives went out of operation"));
     }
-    if (fault.expect == Expectation::kCarryOn) {
+    if (fault.expect == Expectation::kCarryOn || fault.expect == Expectation::kRest) {
       metrics.push_back(at_most(name + "_stops", verdict.was_enabled && !verdict.was_disabled ? 0 : 1, "", 0,
                                 std::nullopt,
                                 "whether the drives went out of operation, which was not called for"));

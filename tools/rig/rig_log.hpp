@@ -8,6 +8,7 @@
 #include "algo/hand_servo.hpp"
 #include "tools/report/log_table.hpp"
 #include "tools/report/metric.hpp"
+#include "tools/rig/controller_view.hpp"
 #include "tools/rig/drive_bank.hpp"
 #include "tools/rig/rig_scenario.hpp"
 #include "tools/rig/rig_world.hpp"
@@ -23,14 +24,14 @@ struct RigRow {
 
 [[nodiscard]] tools::LogTable empty_rig_log();
 void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, const DriveBank& drives,
-             const EyeMotors& eyes, const DesiredRelation& relation);
+             const EyeMotors& eyes, const DesiredRelation& relation, const ControllerView& controller);
 
 // Each millisecond: what the arm was sent and did, against its limits; and when it stood still.
 class Judge {
  public:
   Judge(const RigScenario& scenario, const SerialArm& arm, double tool_limit_mm_per_s);
 
-  void watch(double t_s, double tool_mm_per_s, const DriveBank& drives);
+  void watch(double t_s, double tool_mm_per_s, const DriveBank& drives, const ControllerView& controller);
   [[nodiscard]] std::vector<tools::Metric> metrics(const tools::LogTable& log) const;
 
  private:
@@ -41,8 +42,15 @@ class Judge {
     double moving_mm_per_s = 0;   // when the fault came
     bool was_enabled = false;     // when the fault came
     bool was_disabled = false;    // since
+    int rest_rows = 0;            // while it is to rest
+    int searching_rows = 0;       // of them, in which the controller searched and believed in nothing
+    double again_s = -1;          // after the end, until the tool moved; -1: not yet
   };
   [[nodiscard]] double end_of(std::size_t fault) const;
+  void watch_rest(const FaultEvent& fault, Verdict& verdict, double t_s, double tool_mm_per_s,
+                  const ControllerView& controller) const;
+  static void add_rest(std::vector<tools::Metric>& metrics, const std::string& name, const FaultEvent& fault,
+                       const Verdict& verdict);
 
   RigScenario scenario_;
   SerialArm arm_;

@@ -22,6 +22,8 @@ enum class FaultKind {
   kCameraDropping,  // a share of the pictures
   kCameraBroken,    // pictures are flagged
   kEyeLate,         // one eye shows what was there before
+  kEyesOutOfStep,   // they give pictures in turn: none has its partner
+  kTargetAbsent,
   kControllerKilled,
   kControllerStopped,  // by a signal, and goes on later
   kClockStep,
@@ -30,6 +32,7 @@ enum class FaultKind {
 enum class Expectation {
   kNothing,
   kStop,     // the tool at rest within the time, and it stays there
+  kRest,     // the tool at rest within the time, drives on, until it is over; then it goes on
   kCarryOn,  // the arm does not stop for it
 };
 
@@ -42,6 +45,7 @@ struct FaultEvent {
   double value = 0;  // per cent, ms, frames a ms, or a number as the kind has it
   Expectation expect = Expectation::kNothing;
   double within_s = 0.2;
+  double again_within_s = 1;  // after the end, of a rest
   std::string name;
 };
 
@@ -64,6 +68,8 @@ struct RigScenario {
   std::vector<FaultEvent> faults;  // by rising time
   double settle_s = 3;             // from then on errors of the hand count
   double hand_rms_mm = 0;          // that is wanted; 0: none in particular
+  bool over_pool = false;          // where the hand starts: looking down, instead of ahead
+  double pen_from_s = 0;           // from then on a pen is let go when it will hit; 0: there is none
 };
 
 // Throws InputError naming file, line and key.
