@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "hal/canopen/axis_pdos.hpp"
 #include "hal/clock.hpp"
@@ -37,6 +38,13 @@ FileHandle open_raw(const char* interface) {
 // The master's scale, turned round.
 double counts_per_velocity_unit(const canopen::CanopenAxisConfig& axis) {
   return std::abs(axis.counts_per_rad / axis.velocity_units_per_rad_per_s);
+}
+
+// A client's upload, or its end (CiA 301, 7.2.4.3).
+bool is_request_to_read(const CanFrame& frame) {
+  if ((frame.id & ~0x7FU) != canopen::kSdoRequestCobId || frame.size != 8) return false;
+  const int command = frame.data[0] >> 5;
+  return command == 2 || command == 3 || command == 4;
 }
 
 }  // namespace
@@ -78,6 +86,23 @@ bool DriveBank::is_any_enabled() const {
                      [](const auto& drive) { return drive.state() == DriveState::kOperationEnabled; });
 }
 
+void DriveBank::sway(std::vector<Sway> sways, std::int64_t now_ns) {
+  sways_ = std::move(sways);
+  sway_start_rad_ = position_rad_;
+  sway_start_ns_ = now_ns;
+}
+
+plant::JointState DriveBank::swayed(std::size_t joint) const {
+  plant::JointState state{sway_start_rad_[joint], 0};
+  const double t_s = seconds(now_ns_ - sway_start_ns_);
+  for (const Sway& sway : sways_) {
+    if (sway.joint != joint) continue;
+    state.position_rad += sway.amplitude_rad * std::sin(sway.omega_rad_s * t_s);
+    state.velocity_rad_per_s += sway.amplitude_rad * sway.omega_rad_s * std::cos(sway.omega_rad_s * t_s);
+  }
+  return state;
+}
+
 void DriveBank::move_to(std::int64_t now_ns) {
   const double dt_s = seconds(now_ns - now_ns_);
   now_ns_ = now_ns;
@@ -96,6 +121,7 @@ void DriveBank::move_to(std::int64_t now_ns) {
       if (drives && told > 0) motor.quick_stop_rad_per_s2 = std::min(told, motor.quick_stop_rad_per_s2);
       plant::brake(motor, 0, dt_s, joint);
     }
+    if (!sways_.empty() && !is_any_enabled()) joint = swayed(i);
     if (plant::keep_between_stops(motor, joint)) ends_hit_ |= 1U << i;
     position_rad_[i] = joint.position_rad;
     velocity_rad_per_s_[i] = joint.velocity_rad_per_s;
@@ -107,6 +133,7 @@ void DriveBank::move_to(std::int64_t now_ns) {
 void DriveBank::count(const CanFrame& frame, std::int64_t now_ns) {
   ++counts_.received;
   if (frame.id == canopen::kSyncCobId) ++counts_.syncs;
+  if (!is_request_to_read(frame)) ++counts_.commands;
   const auto add = [this](std::uint64_t value, int bytes) {
     for (int i = 0; i < bytes; ++i) counts_.hash = (counts_.hash ^ (value >> (8 * i) & 0xFF)) * 0x100000001b3;
   };

@@ -13,6 +13,7 @@
 #include "hal/canopen/socket_can.hpp"
 #include "tools/plant/arm_servo.hpp"
 #include "tools/rig/file_handle.hpp"
+#include "tools/rig/rig_scenario.hpp"
 
 namespace vergence::rig {
 
@@ -20,6 +21,7 @@ struct BusCounts {
   std::uint64_t received = 0;
   std::uint64_t sent = 0;
   std::uint64_t syncs = 0;
+  std::uint64_t commands = 0;               // received, of anything but a request to read an object
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a over what was received and when
 };
 
@@ -45,6 +47,9 @@ class DriveBank {
   [[nodiscard]] const BusCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t joints() const { return count_; }
 
+  // From now on somebody moves joints by hand, as long as drives are off.
+  void sway(std::vector<Sway> sways, std::int64_t now_ns);
+
   // Faults.
   [[nodiscard]] canopen::SimulatedDrive& drive(std::size_t joint) { return drives_[joint]; }
   // The controller's interface is told that it is bus-off, and nothing passes until it is on again.
@@ -56,6 +61,7 @@ class DriveBank {
 
  private:
   void move_to(std::int64_t now_ns);
+  [[nodiscard]] plant::JointState swayed(std::size_t joint) const;
   void say(std::int64_t now_ns);
   void count(const canopen::CanFrame& frame, std::int64_t now_ns);
   void send_error_frame(std::uint32_t error_class) const;
@@ -70,6 +76,9 @@ class DriveBank {
   plant::JointArray position_rad_{};
   plant::JointArray velocity_rad_per_s_{};
   std::int64_t now_ns_ = 0;
+  std::vector<Sway> sways_;
+  plant::JointArray sway_start_rad_{};
+  std::int64_t sway_start_ns_ = 0;
   unsigned ends_hit_ = 0;
   BusCounts counts_;
 

@@ -26,6 +26,7 @@ namespace {
 
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr std::int64_t kTicksARow = 10;
+constexpr std::int64_t kTicksToRhythm = 1000;
 constexpr double kCameraPeriods_per_s = 60;
 constexpr std::size_t kAims = 10;               // rows: the target's drift is taken over a tenth of a second
 constexpr std::uint16_t kMeaningless = 0x0002;  // a statusword of no state
@@ -106,6 +107,13 @@ void step_clock(double by_s) {
 
 }  // namespace
 
+void PictureAges::add(std::int64_t age_ns) {
+  least_ns = pictures == 0 ? age_ns : std::min(least_ns, age_ns);
+  most_ns = std::max(most_ns, age_ns);
+  sum_ns += age_ns;
+  ++pictures;
+}
+
 PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config,
                      ControllerProcess& controller)
     : scenario_(scenario),
@@ -157,6 +165,8 @@ void PlantLoop::take_trace() {
     for (std::size_t side = 0; side < 2; ++side) {
       if (capture.minor != minors_[side]) continue;
       schedules_[side].captured(capture.stamp_ns);
+      // Once the rhythm is known.
+      if (tick_ > kTicksToRhythm && shown_ns_[side] > 0) ages_.add(capture.stamp_ns - shown_ns_[side]);
       if (out_of_step_) keep_out_of_step(side);
     }
   }
@@ -172,6 +182,7 @@ void PlantLoop::keep_out_of_step(std::size_t captured_side) {
 void PlantLoop::show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H) {
   for (int side = 0; side < 2; ++side) {
     if (!schedules_[static_cast<std::size_t>(side)].is_due(now_ns)) continue;
+    shown_ns_[static_cast<std::size_t>(side)] = now_ns;
     feed_.show(side, world_.state(t_s, T_W_H, eyes_.angles()),
                render::hash(world_.scene().seed, pictures_++));
   }
@@ -200,8 +211,8 @@ void PlantLoop::tick(std::int64_t tick) {
   show_pictures(start_ns_ + t_ns, t_s, T_W_H);
   if (tick % kTicksARow == 0) {
     const auto active = std::count(phases_.begin(), phases_.end(), Phase::kActive);
-    add_row(log_, {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active), pictures_}, world_,
-            drives_, eyes_, config_.robot.relation, view_);
+    add_row(log_, {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active), pictures_, start_ns_},
+            world_, drives_, eyes_, config_.robot.relation, view_);
   }
 }
 

@@ -28,6 +28,16 @@
 
 namespace vergence::rig {
 
+// How old pictures were at their stamps.
+struct PictureAges {
+  std::int64_t pictures = 0;
+  std::int64_t sum_ns = 0;
+  std::int64_t least_ns = 0;
+  std::int64_t most_ns = 0;
+
+  void add(std::int64_t age_ns);
+};
+
 class PlantLoop {
  public:
   // Throws RigError where a device is missing, InputError where the scene is wrong, std::runtime_error where
@@ -41,6 +51,7 @@ class PlantLoop {
   [[nodiscard]] const Judge& judge() const { return judge_; }
   [[nodiscard]] const demo::Pen& pen() const { return pen_; }
   [[nodiscard]] PictureCounts pictures(int side) { return feed_.counts(side); }
+  [[nodiscard]] const PictureAges& ages() const { return ages_; }
   [[nodiscard]] const DriveBank& drives() const { return drives_; }
   [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
   [[nodiscard]] std::int64_t start_ns() const { return start_ns_; }
@@ -87,6 +98,8 @@ class PlantLoop {
   std::vector<Phase> phases_;
   std::array<PictureSchedule, 2> schedules_;
   std::array<int, 2> minors_;
+  std::array<std::int64_t, 2> shown_ns_{};
+  PictureAges ages_;  // of both eyes
   bool out_of_step_ = false;
   std::int64_t tick_ = 0;
   std::uint64_t pictures_ = 0;
