@@ -1,5 +1,6 @@
 #include "tools/demo/pen.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

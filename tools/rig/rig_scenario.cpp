@@ -94,7 +94,7 @@ RigScenario read_scenario(const std::filesystem::path& file) {
   scenario.settle_s = root.number_or("settle_s", 3, kTime);
   scenario.hand_rms_mm = root.number_or("hand_rms_mm", 0, kTime);
   scenario.arm_rests = root.boolean_or("arm_rests", false);
-  scenario.eye_steps = root.integer_or("eye_steps", "stamp_to_mid_exposure_ms", "sway", 0, 0, 100'000);
+  scenario.eye_steps = root.integer_or("eye_steps", 0, 0, 100'000);
   const std::string start = root.text_or("start", "ahead");
   if (start != "ahead" && start != "over-pool")
     root.fail("start", "is '" + start + "'", "ahead or over-pool");
