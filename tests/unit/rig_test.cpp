@@ -171,7 +171,6 @@ TEST(RigScenarios, RefuseWhatNobodyKnows) {
   EXPECT_THROW((void)read("[[fault]]\nkind = 'bus-off'\nat_s = 1\njoint = 8\n"), tools::InputError);
   EXPECT_THROW((void)read("speed = 1\n"), tools::InputError);
   EXPECT_THROW((void)read("start = 'aside'\n"), tools::InputError);
-  EXPECT_THROW((void)read("[[sway]]\njoint = 0\namplitude_rad = 0.1\nomega_rad_s = 1\n"), tools::InputError);
   // Over before it can be seen.
   EXPECT_THROW((void)read("[[fault]]\nkind = 'target-absent'\nat_s = 1\nfor_s = 0.2\nexpect = 'rest'\n"),
                tools::InputError);

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "hal/canopen/axis_pdos.hpp"
 #include "hal/clock.hpp"
@@ -86,23 +85,6 @@ bool DriveBank::is_any_enabled() const {
                      [](const auto& drive) { return drive.state() == DriveState::kOperationEnabled; });
 }
 
-void DriveBank::sway(std::vector<Sway> sways, std::int64_t now_ns) {
-  sways_ = std::move(sways);
-  sway_start_rad_ = position_rad_;
-  sway_start_ns_ = now_ns;
-}
-
-plant::JointState DriveBank::swayed(std::size_t joint) const {
-  plant::JointState state{sway_start_rad_[joint], 0};
-  const double t_s = seconds(now_ns_ - sway_start_ns_);
-  for (const Sway& sway : sways_) {
-    if (sway.joint != joint) continue;
-    state.position_rad += sway.amplitude_rad * std::sin(sway.omega_rad_s * t_s);
-    state.velocity_rad_per_s += sway.amplitude_rad * sway.omega_rad_s * std::cos(sway.omega_rad_s * t_s);
-  }
-  return state;
-}
-
 void DriveBank::move_to(std::int64_t now_ns) {
   const double dt_s = seconds(now_ns - now_ns_);
   now_ns_ = now_ns;
@@ -121,7 +103,6 @@ void DriveBank::move_to(std::int64_t now_ns) {
       if (drives && told > 0) motor.quick_stop_rad_per_s2 = std::min(told, motor.quick_stop_rad_per_s2);
       plant::brake(motor, 0, dt_s, joint);
     }
-    if (!sways_.empty() && !is_any_enabled()) joint = swayed(i);
     if (plant::keep_between_stops(motor, joint)) ends_hit_ |= 1U << i;
     position_rad_[i] = joint.position_rad;
     velocity_rad_per_s_[i] = joint.velocity_rad_per_s;

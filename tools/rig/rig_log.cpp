@@ -71,7 +71,8 @@ void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, con
   std::vector<double> values = {row.t_s, static_cast<double>(row.faults)};
   add(values, T_S_M);
   add(values, T_S_H);
-  add(values, T_S_M * relation.T_Ed_M.inverse());
+  add(values, relation.position_only ? Transform{T_S_H.R, T_S_M.t_mm - T_S_H.R * relation.T_Ed_M.t_mm}
+                                     : T_S_M * relation.T_Ed_M.inverse());
   values.push_back(row.tool_mm_per_s);
   const EyeAngles angles = eyes.angles();
   for (const double angle : {angles.tilt_rad, angles.pan_right_rad, angles.pan_left_rad})

@@ -55,13 +55,6 @@ struct OperatorEvent {
   std::string say;
 };
 
-// Of a joint that is moved by hand, its drive off: around where it started; several add up.
-struct Sway {
-  std::size_t joint = 0;
-  double amplitude_rad = 0;
-  double omega_rad_s = 0;
-};
-
 struct RigScenario {
   std::string name;
   std::string title;
@@ -74,13 +67,12 @@ struct RigScenario {
   bool patient_operator = true;
   std::vector<OperatorEvent> operators;
   std::vector<FaultEvent> faults;  // by rising time
-  std::vector<Sway> sways;
-  double settle_s = 3;         // from then on errors of the hand count
-  double hand_rms_mm = 0;      // that is wanted; 0: none in particular
-  bool arm_rests = false;      // drives stay off, the bus is only read from, the eyes do no more than:
-  std::int64_t eye_steps = 0;  // each motor, there and back
-  bool over_pool = false;      // where the hand starts: looking down, instead of ahead
-  double pen_from_s = 0;       // from then on a pen is let go when it will hit; 0: there is none
+  double settle_s = 3;             // from then on errors of the hand count
+  double hand_rms_mm = 0;          // that is wanted; 0: none in particular
+  bool arm_rests = false;          // drives stay off, the bus is only read from, the eyes do no more than:
+  std::int64_t eye_steps = 0;      // each motor, there and back
+  bool over_pool = false;          // where the hand starts: looking down, instead of ahead
+  double pen_from_s = 0;           // from then on a pen is let go when it will hit; 0: there is none
 };
 
 // Throws InputError naming file, line and key.

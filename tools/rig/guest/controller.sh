@@ -12,8 +12,6 @@ rm -rf "$robot"
 "$RIG_BUILD/bin/vergence" render "$folder/$(value scene)" -o "$robot" --frames 1 >/dev/null
 script=$(mktemp)
 for name in ${!RIG_*}; do printf 's|@%s@|%s|g\n' "$name" "${!name}"; done >"$script"
-offset=$(sed -n 's/^stamp_to_mid_exposure_ms = //p' "$scenario")
-[ -z "$offset" ] || echo "s|^\(stamp_to_mid_exposure_ms = \)[-0-9.]*|\1$offset|" >>"$script"
 sed -f "$script" "$RIG/robots/$(value robot).toml" >"$robot/robot.toml"
 "$RIG_BUILD/bin/vergence" config build "$robot/robot.toml" -o "$robot/robot.vcfg" >/dev/null
 mkdir -p /run/vergence /var/lib/vergence
