@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tools/io/input_error.hpp"
+#include "tools/rig/fault_judge.hpp"
 #include "tools/rig/picture_schedule.hpp"
 #include "tools/rig/rig_scenario.hpp"
 #include "tools/rig/rig_world.hpp"
@@ -169,6 +170,60 @@ TEST(RigScenarios, RefuseWhatNobodyKnows) {
   EXPECT_THROW((void)read("[[fault]]\nkind = 'bus-off'\nat_s = 1\nexpect = 'halt'\n"), tools::InputError);
   EXPECT_THROW((void)read("[[fault]]\nkind = 'bus-off'\nat_s = 1\njoint = 8\n"), tools::InputError);
   EXPECT_THROW((void)read("speed = 1\n"), tools::InputError);
+  EXPECT_THROW((void)read("start = 'aside'\n"), tools::InputError);
+  // Over before it can be seen.
+  EXPECT_THROW((void)read("[[fault]]\nkind = 'target-absent'\nat_s = 1\nfor_s = 0.2\nexpect = 'rest'\n"),
+               tools::InputError);
+}
+
+// A target that is gone from 2 to 4 s, in a run of 6 s; the hand is to rest within 0.5 s and to go on
+// within 1.
+struct Absence {
+  double still_s = 2.3;    // from then on the tool rests
+  double moves_s = 4.4;    // from then on it moves again
+  double search_s = 2.2;   // from then on the controller searches
+  double tracks_to_s = 2;  // until then it saw the target
+  double off_s = 9;        // from then on the drives are off
+};
+
+// Names of what was missed, without the fault's.
+std::vector<std::string> missed(const Absence& course) {
+  FaultEvent fault;
+  fault.kind = FaultKind::kTargetAbsent;
+  fault.name = "target-absent";
+  fault.at_s = 2;
+  fault.for_s = 2;
+  fault.expect = Expectation::kRest;
+  fault.within_s = 0.5;
+  RigScenario scenario;
+  scenario.duration_s = 6;
+  scenario.faults = {fault};
+  FaultJudge judge(scenario);
+  for (int ms = 0; ms <= 6000; ++ms) {
+    const double t_s = ms * 1e-3;
+    const bool searches = t_s >= course.search_s && t_s < 4.2;
+    const bool rests = t_s >= course.still_s && t_s < course.moves_s;
+    judge.watch(
+        {t_s, rests ? 0.0 : 80.0, t_s < course.off_s, searches, t_s < course.tracks_to_s || t_s > 4.1});
+  }
+  std::vector<std::string> names;
+  for (const tools::Metric& metric : judge.metrics()) {
+    if (!metric.met()) names.push_back(metric.name.substr(std::string("1_target-absent_").size()));
+  }
+  return names;
+}
+
+using Names = std::vector<std::string>;
+
+TEST(RigFaults, ARestIsOneWhileItLasts) {
+  EXPECT_EQ(missed({}), Names{});
+  EXPECT_EQ(missed({.still_s = 2.6}), (Names{"still_ms", "then_mm_per_s"}));
+  EXPECT_EQ(missed({.moves_s = 3.9}), (Names{"then_mm_per_s"}));
+  EXPECT_EQ(missed({.moves_s = 5.2}), (Names{"again_ms"}));
+  EXPECT_EQ(missed({.search_s = 3}), (Names{"searching"}));
+  EXPECT_EQ(missed({.tracks_to_s = 3}), (Names{"searching"}));
+  EXPECT_EQ(missed({.off_s = 3}), (Names{"stops"}));
+  EXPECT_EQ(missed({.still_s = 1}), (Names{"from_mm_per_s"}));
 }
 
 }  // namespace

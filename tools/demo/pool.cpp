@@ -9,6 +9,7 @@
 #include "tools/demo/closed_loop.hpp"
 #include "tools/demo/experiments.hpp"
 #include "tools/demo/measures.hpp"
+#include "tools/demo/pen.hpp"
 #include "tools/render/random.hpp"
 
 namespace vergence::demo {
@@ -20,19 +21,6 @@ constexpr double kPushed_s = 6.0;
 constexpr double kPush_s = 1.2;
 constexpr double kDropFrom_s = 9.0;  // not before
 constexpr double kEnd_s = 15;
-constexpr double kPenTip_mm = 100;  // hangs so far ahead of the hand
-constexpr double kGravity_mm_per_s2 = 9810;
-constexpr double kAim_mm = 8;  // the pen is dropped where it is expected to land nearer to the squid's middle
-
-// Of the hand that looks down into the pool: x along y of the world, y along x.
-Transform above_the_pool() {
-  Transform T;
-  T.R << 0, 1, 0,  //
-      1, 0, 0,     //
-      0, 0, -1;
-  T.t_mm = {-600, 0, 720};
-  return T;
-}
 
 double sine(double angle_rad) {
   return sin_cos(std::fmod(angle_rad, 2 * std::numbers::pi)).sine;
@@ -106,81 +94,19 @@ std::string scene(const Squid& squid) {
          key(kPushed_s + kPush_s + 1.5, beside(kPushed_s + kPush_s, 330)) + "]\n";
 }
 
-// Whether a line down through a point meets the mesh.
-bool meets(const render::Mesh& mesh, const Transform& T_M_S, const Vector3& p_S_mm) {
-  const Vector3 from = T_M_S * p_S_mm;
-  const Vector3 direction = T_M_S.R * Vector3(0, 0, 1);
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vector3 edge1 = mesh.vertices[b].position_mm - mesh.vertices[a].position_mm;
-    const Vector3 edge2 = mesh.vertices[c].position_mm - mesh.vertices[a].position_mm;
-    const Vector3 h = direction.cross(edge2);
-    const double determinant = edge1.dot(h);
-    if (std::abs(determinant) < 1e-12) continue;
-    const Vector3 s = from - mesh.vertices[a].position_mm;
-    const double u = s.dot(h) / determinant;
-    const Vector3 q = s.cross(edge1);
-    const double v = direction.dot(q) / determinant;
-    if (u >= 0 && v >= 0 && u + v <= 1) return true;
-  }
-  return false;
+// By what the controller believes alone.
+bool is_to_be_dropped(const Pipeline& pipeline) {
+  const ArmPeriod& arm = pipeline.arm_period();
+  if (arm.mode != Mode::kServo || !arm.target_believed) return false;
+  return Pen::will_hit(arm.hand.T_W_H, arm.target.T_W_M,
+                       arm.target.velocity.linear_mm_per_s - arm.hand.hand.linear_mm_per_s);
 }
-
-// The pen: hangs, is dropped when it is expected to hit, falls, and has hit or not.
-class Pen {
- public:
-  explicit Pen(const Transform& T_S_W) : T_S_W_(T_S_W) {}
-
-  // Each millisecond.
-  void step(double t_s, ClosedLoop& loop) {
-    const Vector3 tip = T_S_W_ * (loop.world().T_W_H() * Vector3(0, 0, kPenTip_mm));
-    const Vector3 velocity = last_tip_ ? Vector3((tip - *last_tip_) * 1000) : Vector3::Zero();
-    last_tip_ = tip;
-    if (!dropped_s && t_s >= kDropFrom_s && is_to_be_dropped(loop.pipeline())) {
-      dropped_s = t_s;
-      from_ = tip;
-      velocity_ = velocity;
-    }
-    if (dropped_s && !landed_s) {
-      const double fallen_s = t_s - *dropped_s;
-      const Vector3 at =
-          from_ + fallen_s * velocity_ + Vector3(0, 0, kGravity_mm_per_s2 * fallen_s * fallen_s / 2);
-      const Transform T_S_M = T_S_W_ * loop.world().T_W_M(t_s);
-      if (at[2] >= T_S_M.t_mm[2]) {
-        landed_s = t_s;
-        miss_mm = (at - T_S_M.t_mm).head<2>().norm();
-        hit = meets(loop.world().scene().target.mesh, T_S_M.inverse(), at);
-      }
-    }
-  }
-
-  std::optional<double> dropped_s;
-  std::optional<double> landed_s;
-  double miss_mm = std::numeric_limits<double>::quiet_NaN();
-  bool hit = false;
-
- private:
-  // By what the controller believes alone.
-  [[nodiscard]] static bool is_to_be_dropped(const Pipeline& pipeline) {
-    const ArmPeriod& arm = pipeline.arm_period();
-    if (arm.mode != Mode::kServo || !arm.target_believed) return false;
-    const Vector3 tip = arm.hand.T_W_H * Vector3(0, 0, kPenTip_mm);
-    const Vector3 away = arm.target.T_W_M.t_mm - tip;
-    const double fall_s = std::sqrt(2 * std::max(0.0, -away[2]) / kGravity_mm_per_s2);
-    const Vector3 drift = arm.target.velocity.linear_mm_per_s - arm.hand.hand.linear_mm_per_s;
-    return (away + fall_s * drift).head<2>().norm() < kAim_mm;
-  }
-
-  Transform T_S_W_;
-  std::optional<Vector3> last_tip_;
-  Vector3 from_ = Vector3::Zero();
-  Vector3 velocity_ = Vector3::Zero();
-};
 
 }  // namespace
 
 Outcome pool(const RunOptions& options) {
   const Squid squid(options.seed);
-  const Transform T_W_S = above_the_pool();
+  const Transform T_W_S = pool_start();
   LoopSetup setup;
   setup.name = "pool";
   setup.scene = scene(squid);
@@ -202,7 +128,11 @@ Outcome pool(const RunOptions& options) {
     };
   };
   ClosedLoop loop(setup, options);
-  loop.on_tick = [&](double t_s) { pen.step(t_s, loop); };
+  loop.on_tick = [&](double t_s) {
+    plant::World& world = loop.world();
+    const bool let_go = !pen.dropped_s && t_s >= kDropFrom_s && is_to_be_dropped(loop.pipeline());
+    pen.step(t_s, world.T_W_H(), world.T_W_M(t_s), world.scene().target.mesh, let_go);
+  };
   const auto run_to = [&](double end_s) {
     while (loop.now_s() < end_s && !(pen.landed_s && loop.now_s() > *pen.landed_s + 1)) {
       loop.run_until(loop.now_s() + 0.1);

@@ -39,6 +39,13 @@ double counts_per_velocity_unit(const canopen::CanopenAxisConfig& axis) {
   return std::abs(axis.counts_per_rad / axis.velocity_units_per_rad_per_s);
 }
 
+// A client's upload, or its end (CiA 301, 7.2.4.3).
+bool is_request_to_read(const CanFrame& frame) {
+  if ((frame.id & ~0x7FU) != canopen::kSdoRequestCobId || frame.size != 8) return false;
+  const int command = frame.data[0] >> 5;
+  return command == 2 || command == 3 || command == 4;
+}
+
 }  // namespace
 
 DriveBank::DriveBank(const char* interface, const canopen::CanopenArmConfig& config, const SerialArm& arm,
@@ -107,6 +114,7 @@ void DriveBank::move_to(std::int64_t now_ns) {
 void DriveBank::count(const CanFrame& frame, std::int64_t now_ns) {
   ++counts_.received;
   if (frame.id == canopen::kSyncCobId) ++counts_.syncs;
+  if (!is_request_to_read(frame)) ++counts_.commands;
   const auto add = [this](std::uint64_t value, int bytes) {
     for (int i = 0; i < bytes; ++i) counts_.hash = (counts_.hash ^ (value >> (8 * i) & 0xFF)) * 0x100000001b3;
   };

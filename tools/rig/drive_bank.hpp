@@ -20,6 +20,7 @@ struct BusCounts {
   std::uint64_t received = 0;
   std::uint64_t sent = 0;
   std::uint64_t syncs = 0;
+  std::uint64_t commands = 0;               // received, of anything but a request to read an object
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a over what was received and when
 };
 

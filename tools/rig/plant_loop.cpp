@@ -26,7 +26,9 @@ namespace {
 
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr std::int64_t kTicksARow = 10;
+constexpr std::int64_t kTicksToRhythm = 1000;
 constexpr double kCameraPeriods_per_s = 60;
+constexpr std::size_t kAims = 10;               // rows: the target's drift is taken over a tenth of a second
 constexpr std::uint16_t kMeaningless = 0x0002;  // a statusword of no state
 
 std::int64_t monotonic_ns() {
@@ -52,13 +54,31 @@ JointVector start_of(const SerialArm& arm, const Transform& T_W_S) {
   return *start;
 }
 
+Transform start_pose(const RigScenario& scenario) {
+  return scenario.over_pool ? demo::pool_start() : demo::lateral_start();
+}
+
 render::Scene scene_of(const RigScenario& scenario, const ControllerConfig& config) {
   render::Scene scene = render::load_scene(scenario.scene);
   if (scene.rig.left.width_px != kWidth_px || scene.rig.left.height_px != kHeight_px ||
       config.robot.rig.left.width_px != kWidth_px) {
     throw std::runtime_error("the rig's cameras have 640x480 pixels");
   }
+  for (const FaultEvent& fault : scenario.faults) {
+    if (fault.kind != FaultKind::kTargetAbsent) continue;
+    scene.target.hidden_s.push_back(
+        {fault.at_s, fault.for_s > 0 ? fault.at_s + fault.for_s : scenario.duration_s + 1});
+  }
   return scene;
+}
+
+Transform transform_of(const PoseRecord& record) {
+  Pose pose;
+  for (int i = 0; i < 3; ++i) {
+    pose.position_mm[i] = record.position_mm[static_cast<std::size_t>(i)];
+    pose.e[i] = record.e[static_cast<std::size_t>(i)];
+  }
+  return to_transform(pose);
 }
 
 std::int64_t idle_ns(const RigScenario& scenario) {
@@ -87,19 +107,28 @@ void step_clock(double by_s) {
 
 }  // namespace
 
+void PictureAges::add(std::int64_t age_ns) {
+  least_ns = pictures == 0 ? age_ns : std::min(least_ns, age_ns);
+  most_ns = std::max(most_ns, age_ns);
+  sum_ns += age_ns;
+  ++pictures;
+}
+
 PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config,
                      ControllerProcess& controller)
     : scenario_(scenario),
       config_(config),
       controller_(controller),
       start_ns_(next_start_ns()),
-      world_(scene_of(scenario, config), config.robot.arm, demo::lateral_start()),
-      drives_(kCan, config.can.arm, config.robot.arm, start_of(config.robot.arm, demo::lateral_start()),
+      world_(scene_of(scenario, config), config.robot.arm, start_pose(scenario)),
+      drives_(kCan, config.can.arm, config.robot.arm, start_of(config.robot.arm, start_pose(scenario)),
               start_ns_),
       eyes_(config.robot.eye_control.steps_per_rad),
       trace_(kGpioChip),
       cameras_{Vivid(kCameras[0], kDisplays[0]), Vivid(kCameras[1], kDisplays[1])},
       feed_(world_.scene(), {&cameras_[0], &cameras_[1]}),
+      view_(config.runtime.telemetry.data()),
+      pen_(world_.T_W_S().inverse()),
       judge_(scenario, config.robot.arm, config.robot.hand_limits.linear_velocity_mm_per_s),
       log_(empty_rig_log()),
       phases_(scenario.faults.size(), Phase::kWaiting),
@@ -134,14 +163,26 @@ void PlantLoop::take_trace() {
   for (const Edge& edge : trace_.edges()) eyes_.take(edge);
   for (const Capture& capture : trace_.captures()) {
     for (std::size_t side = 0; side < 2; ++side) {
-      if (capture.minor == minors_[side]) schedules_[side].captured(capture.stamp_ns);
+      if (capture.minor != minors_[side]) continue;
+      schedules_[side].captured(capture.stamp_ns);
+      // Once the rhythm is known.
+      if (tick_ > kTicksToRhythm && shown_ns_[side] > 0) ages_.add(capture.stamp_ns - shown_ns_[side]);
+      if (out_of_step_) keep_out_of_step(side);
     }
   }
+}
+
+// The eye whose picture came gives none until the other's has come.
+void PlantLoop::keep_out_of_step(std::size_t captured_side) {
+  const int side = static_cast<int>(captured_side);
+  feed_.act(side, CameraAction::kDropAll);
+  feed_.act(1 - side, CameraAction::kDropNone);
 }
 
 void PlantLoop::show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H) {
   for (int side = 0; side < 2; ++side) {
     if (!schedules_[static_cast<std::size_t>(side)].is_due(now_ns)) continue;
+    shown_ns_[static_cast<std::size_t>(side)] = now_ns;
     feed_.show(side, world_.state(t_s, T_W_H, eyes_.angles()),
                render::hash(world_.scene().seed, pictures_++));
   }
@@ -160,14 +201,37 @@ void PlantLoop::tick(std::int64_t tick) {
   const double speed = (tool - tool_W_mm_).norm() / seconds(kTick_ns);
   tool_W_mm_ = tool;
   fastest_mm_per_s_ = std::max(fastest_mm_per_s_, speed);
-  judge_.watch(t_s, speed, drives_);
+  if (tick % kTicksARow == 0) view_.look();
+  judge_.watch(t_s, speed, drives_, view_);
+  if (scenario_.pen_from_s > 0) {
+    pen_.step(t_s, T_W_H, world_.T_W_M(t_s), world_.scene().target.mesh,
+              tick % kTicksARow == 0 && is_pen_let_go(t_s));
+  }
 
   show_pictures(start_ns_ + t_ns, t_s, T_W_H);
   if (tick % kTicksARow == 0) {
     const auto active = std::count(phases_.begin(), phases_.end(), Phase::kActive);
-    add_row(log_, {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active), pictures_}, world_,
-            drives_, eyes_, config_.robot.relation);
+    add_row(log_, {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active), pictures_, start_ns_},
+            world_, drives_, eyes_, config_.robot.relation, view_);
   }
+}
+
+// By what the controller says it believes alone, each row.
+bool PlantLoop::is_pen_let_go(double t_s) {
+  const std::optional<TelemetryRecord>& said = view_.record();
+  if (!said || said->mode != static_cast<std::uint32_t>(Mode::kServo) || said->target_believed == 0) {
+    aims_.clear();
+    return false;
+  }
+  aims_.push_back({seconds(said->t_ns), transform_of(said->T_W_H), transform_of(said->T_W_M)});
+  if (aims_.size() <= kAims) return false;
+  const Aim before = aims_.front();
+  const Aim& now = aims_.back();
+  aims_.pop_front();
+  if (t_s < scenario_.pen_from_s) return false;
+  const Vector3 away_mm = now.T_W_M.t_mm - now.T_W_H.t_mm;
+  const Vector3 away_before_mm = before.T_W_M.t_mm - before.T_W_H.t_mm;
+  return demo::Pen::will_hit(now.T_W_H, now.T_W_M, (away_mm - away_before_mm) / (now.t_s - before.t_s));
 }
 
 void PlantLoop::keep_faults(double t_s) {
@@ -202,6 +266,11 @@ void PlantLoop::begin(const FaultEvent& fault) {
     case FaultKind::kEyeLate:
       return feed_.set_late(
           fault.side, static_cast<std::size_t>(std::llround(fault.value * 1e-3 * scenario_.frames_per_s)));
+    case FaultKind::kEyesOutOfStep: {
+      out_of_step_ = true;
+      return keep_out_of_step(static_cast<std::size_t>(fault.side));
+    }
+    case FaultKind::kTargetAbsent: return;  // the scene knows
     case FaultKind::kControllerKilled: return controller_.send_signal(SIGKILL);
     case FaultKind::kControllerStopped: return controller_.send_signal(SIGSTOP);
     case FaultKind::kClockStep: return step_clock(fault.value);
@@ -239,10 +308,16 @@ void PlantLoop::end(const FaultEvent& fault) {
     case FaultKind::kCameraStalled:
     case FaultKind::kCameraDropping: return feed_.act(fault.side, CameraAction::kDropNone);
     case FaultKind::kEyeLate: return feed_.set_late(fault.side, 0);
+    case FaultKind::kEyesOutOfStep: {
+      out_of_step_ = false;
+      feed_.act(0, CameraAction::kDropNone);
+      return feed_.act(1, CameraAction::kDropNone);
+    }
     case FaultKind::kControllerKilled: (void)controller_.is_running(); return controller_.start();
     case FaultKind::kControllerStopped: return controller_.send_signal(SIGCONT);
     case FaultKind::kClockStep: return step_clock(-fault.value);
     case FaultKind::kDriveEmergency:
+    case FaultKind::kTargetAbsent:
     case FaultKind::kCameraBroken: return;
   }
 }

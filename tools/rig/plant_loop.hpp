@@ -5,14 +5,18 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "firmware_like/config/controller_config.hpp"
+#include "tools/demo/pen.hpp"
 #include "tools/report/log_table.hpp"
 #include "tools/rig/controller_process.hpp"
+#include "tools/rig/controller_view.hpp"
 #include "tools/rig/drive_bank.hpp"
 #include "tools/rig/picture_feed.hpp"
 #include "tools/rig/picture_schedule.hpp"
@@ -23,6 +27,16 @@
 #include "tools/rig/vivid.hpp"
 
 namespace vergence::rig {
+
+// How old pictures were at their stamps.
+struct PictureAges {
+  std::int64_t pictures = 0;
+  std::int64_t sum_ns = 0;
+  std::int64_t least_ns = 0;
+  std::int64_t most_ns = 0;
+
+  void add(std::int64_t age_ns);
+};
 
 class PlantLoop {
  public:
@@ -35,7 +49,9 @@ class PlantLoop {
 
   [[nodiscard]] const tools::LogTable& log() const { return log_; }
   [[nodiscard]] const Judge& judge() const { return judge_; }
+  [[nodiscard]] const demo::Pen& pen() const { return pen_; }
   [[nodiscard]] PictureCounts pictures(int side) { return feed_.counts(side); }
+  [[nodiscard]] const PictureAges& ages() const { return ages_; }
   [[nodiscard]] const DriveBank& drives() const { return drives_; }
   [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
   [[nodiscard]] std::int64_t start_ns() const { return start_ns_; }
@@ -50,10 +66,12 @@ class PlantLoop {
 
   void tick(std::int64_t tick);
   void keep_faults(double t_s);
+  [[nodiscard]] bool is_pen_let_go(double t_s);
   void begin(const FaultEvent& fault);
   void hold(const FaultEvent& fault, std::int64_t tick);
   void end(const FaultEvent& fault);
   void take_trace();
+  void keep_out_of_step(std::size_t captured_side);
   void show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H);
 
   RigScenario scenario_;
@@ -66,12 +84,23 @@ class PlantLoop {
   TraceReader trace_;
   std::array<Vivid, 2> cameras_;
   PictureFeed feed_;
+  ControllerView view_;
+  demo::Pen pen_;
+  struct Aim {
+    double t_s = 0;
+    Transform T_W_H;
+    Transform T_W_M;
+  };
+  std::deque<Aim> aims_;  // of the last rows, as the controller has it; oldest first
   Judge judge_;
   tools::LogTable log_;
 
   std::vector<Phase> phases_;
   std::array<PictureSchedule, 2> schedules_;
   std::array<int, 2> minors_;
+  std::array<std::int64_t, 2> shown_ns_{};
+  PictureAges ages_;  // of both eyes
+  bool out_of_step_ = false;
   std::int64_t tick_ = 0;
   std::uint64_t pictures_ = 0;
   std::int64_t worst_lateness_ns_ = 0;

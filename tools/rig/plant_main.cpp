@@ -101,10 +101,27 @@ std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
                   wide(pulses.setup_ns / 1000));
     notes.emplace_back(text.data());
   }
+  const PictureAges& ages = plant.ages();
+  if (ages.pictures > 0) {
+    std::snprintf(text.data(), text.size(), "pictures at their stamps: %.3f ms old, %.3f to %.3f",
+                  static_cast<double>(ages.sum_ns) / static_cast<double>(ages.pictures) * 1e-6,
+                  static_cast<double>(ages.least_ns) * 1e-6, static_cast<double>(ages.most_ns) * 1e-6);
+    notes.emplace_back(text.data());
+  }
   std::snprintf(text.data(), text.size(), "the plant was %lld us late at worst; the controller ended with %d",
                 wide(plant.worst_lateness_ns() / 1000), controller_status);
   notes.emplace_back(text.data());
   return notes;
+}
+
+void add_pen(const demo::Pen& pen, const RigScenario& scenario, std::vector<tools::Metric>& metrics) {
+  metrics.push_back(
+      demo::at_least("hit", pen.hit ? 1 : 0, "", 1, std::nullopt, "whether the pen meets the target's body"));
+  metrics.push_back(demo::at_most("miss_mm", pen.miss_mm, "mm", std::nullopt, std::nullopt,
+                                  "from the target's middle, where the pen came down"));
+  metrics.push_back(demo::at_most("dropped_at_s",
+                                  pen.dropped_s.value_or(std::numeric_limits<double>::quiet_NaN()), "s",
+                                  scenario.duration_s, std::nullopt, "when the pen was let go"));
 }
 
 bool is_left_dead(const RigScenario& scenario) {
@@ -141,6 +158,7 @@ int run(const Options& options) {
   summary.signature = plant.log().signature();
   summary.duration_s = scenario.duration_s;
   summary.metrics = plant.judge().metrics(plant.log());
+  if (scenario.pen_from_s > 0) add_pen(plant.pen(), scenario, summary.metrics);
   if (!is_left_dead(scenario)) {
     summary.metrics.push_back(demo::at_most("controller_status", std::abs(controller_status), "", 0,
                                             std::nullopt,

@@ -4,13 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "hal/clock.hpp"
 #include "tools/demo/measures.hpp"
 
 namespace vergence::rig {
 namespace {
 
-constexpr double kStill_mm_per_s = 1;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // A drive is sent whole units, and follows exactly: rounding is all that may be beyond a limit.
 constexpr double kRounding = 1.0005;
@@ -19,6 +20,20 @@ void add(std::vector<double>& row, const Transform& T) {
   const Pose pose = to_pose(T);
   for (int i = 0; i < 3; ++i) row.push_back(pose.position_mm[i]);
   for (int i = 0; i < 3; ++i) row.push_back(pose.e[i]);
+}
+
+void add(std::vector<double>& row, const ControllerView& controller, std::int64_t start_ns) {
+  constexpr std::size_t kValues = 11;
+  if (!controller.record()) {
+    row.insert(row.end(), kValues, kNaN);
+    return;
+  }
+  const TelemetryRecord& said = *controller.record();
+  row.insert(row.end(), {static_cast<double>(said.mode), static_cast<double>(said.track_state),
+                         static_cast<double>(said.target_believed), static_cast<double>(said.sighting),
+                         said.sighting_stamp_ns > 0 ? seconds(said.sighting_stamp_ns - start_ns) : kNaN});
+  row.insert(row.end(), said.T_H_M.position_mm.begin(), said.T_H_M.position_mm.end());
+  row.insert(row.end(), said.T_H_M.e.begin(), said.T_H_M.e.end());
 }
 
 }  // namespace
@@ -40,20 +55,24 @@ tools::LogTable empty_rig_log() {
     names.push_back("sent" + number + "_rad_per_s");
     names.push_back("state" + number);
   }
-  for (const char* part : {"syncs", "frames_received", "frames_sent", "edges", "pictures"})
+  for (const char* part : {"syncs", "frames_received", "frames_sent", "edges", "pictures", "mode",
+                           "track_state", "believed", "sighting", "sighting_s"})
     names.emplace_back(part);
+  for (const char* part : {"_x_mm", "_y_mm", "_z_mm", "_e1", "_e2", "_e3"})
+    names.push_back(std::string("seen") + part);
   return tools::LogTable(names);
 }
 
 void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, const DriveBank& drives,
-             const EyeMotors& eyes, const DesiredRelation& relation) {
+             const EyeMotors& eyes, const DesiredRelation& relation, const ControllerView& controller) {
   const Transform T_S_W = world.T_W_S().inverse();
   const Transform T_S_M = T_S_W * world.T_W_M(row.t_s);
   const Transform T_S_H = T_S_W * world.T_W_H(drives.position_rad());
   std::vector<double> values = {row.t_s, static_cast<double>(row.faults)};
   add(values, T_S_M);
   add(values, T_S_H);
-  add(values, T_S_M * relation.T_Ed_M.inverse());
+  add(values, relation.position_only ? Transform{T_S_H.R, T_S_M.t_mm - T_S_H.R * relation.T_Ed_M.t_mm}
+                                     : T_S_M * relation.T_Ed_M.inverse());
   values.push_back(row.tool_mm_per_s);
   const EyeAngles angles = eyes.angles();
   for (const double angle : {angles.tilt_rad, angles.pan_right_rad, angles.pan_left_rad})
@@ -76,31 +95,19 @@ void add_row(tools::LogTable& log, const RigRow& row, const RigWorld& world, con
   for (const std::uint64_t count : {bus.syncs, bus.received, bus.sent, eyes.edges(), row.pictures}) {
     values.push_back(static_cast<double>(count));
   }
+  add(values, controller, row.start_ns);
   log.append(values);
 }
 
 Judge::Judge(const RigScenario& scenario, const SerialArm& arm, double tool_limit_mm_per_s)
-    : scenario_(scenario),
-      arm_(arm),
-      tool_limit_mm_per_s_(tool_limit_mm_per_s),
-      verdicts_(scenario.faults.size()) {}
+    : scenario_(scenario), arm_(arm), tool_limit_mm_per_s_(tool_limit_mm_per_s), faults_(scenario) {}
 
-// A stop is latched until the operator's next word; the next fault is judged by itself.
-double Judge::end_of(std::size_t fault) const {
-  const double from_s = scenario_.faults[fault].at_s;
-  double end_s = scenario_.duration_s;
-  for (const OperatorEvent& event : scenario_.operators) {
-    if (event.at_s > from_s) end_s = std::min(end_s, event.at_s);
-  }
-  for (const FaultEvent& other : scenario_.faults) {
-    if (other.at_s > from_s) end_s = std::min(end_s, other.at_s);
-  }
-  return end_s;
-}
-
-void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives) {
+void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives,
+                  const ControllerView& controller) {
   worst_tool_mm_per_s_ = std::max(worst_tool_mm_per_s_, tool_mm_per_s);
   total_way_mm_ += tool_mm_per_s * 1e-3;
+  was_any_enabled_ = was_any_enabled_ || drives.is_any_enabled();
+  commands_ = drives.counts().commands;
   for (std::size_t i = 0; i < drives.joints(); ++i) {
     const JointLimits& limits = arm_.limits[i];
     worst_sent_share_ =
@@ -110,26 +117,27 @@ void Judge::watch(double t_s, double tool_mm_per_s, const DriveBank& drives) {
     const double q = drives.position_rad()[i];
     worst_outside_rad_ = std::max({worst_outside_rad_, q - limits.max_rad, limits.min_rad - q});
   }
-  for (std::size_t k = 0; k < verdicts_.size(); ++k) {
-    const FaultEvent& fault = scenario_.faults[k];
-    Verdict& verdict = verdicts_[k];
-    if (t_s < fault.at_s) {
-      verdict.was_enabled = drives.is_any_enabled();
-      verdict.moving_mm_per_s = tool_mm_per_s;
-    }
-    if (t_s < fault.at_s || t_s >= end_of(k)) continue;
-    const double since_s = t_s - fault.at_s;
-    if (!drives.is_any_enabled()) verdict.was_disabled = true;
-    const bool is_still = tool_mm_per_s < kStill_mm_per_s;
-    if (!is_still && verdict.still_since_s >= 0 && since_s > fault.within_s && verdict.moved_again_s < 0) {
-      verdict.moved_again_s = since_s;
-    }
-    if (since_s <= fault.within_s || verdict.still_since_s < 0) {
-      if (!is_still) verdict.still_since_s = -1;
-      if (is_still && verdict.still_since_s < 0) verdict.still_since_s = since_s;
-    }
-    if (since_s > fault.within_s)
-      verdict.fastest_mm_per_s = std::max(verdict.fastest_mm_per_s, tool_mm_per_s);
+  faults_.watch({t_s, tool_mm_per_s, drives.is_any_enabled(), controller.searches(), controller.tracks()});
+}
+
+void Judge::add_still(std::vector<tools::Metric>& metrics, const tools::LogTable& log) const {
+  using demo::at_most;
+  metrics.push_back(at_most("arm_way_mm", total_way_mm_, "mm", 0, std::nullopt, "how far the tool went"));
+  metrics.push_back(at_most("drives_enabled", was_any_enabled_ ? 1 : 0, "", 0, std::nullopt,
+                            "whether any drive of the arm was ever in operation"));
+  metrics.push_back(at_most("bus_commands", static_cast<double>(commands_), "", 0, std::nullopt,
+                            "frames on the bus that were more than a request to read an object"));
+  const auto steps = static_cast<double>(scenario_.eye_steps);
+  if (scenario_.eye_steps == 0) {
+    metrics.push_back(at_most("gpio_edges", demo::largest(log.column("edges")), "", 0, std::nullopt,
+                              "levels that were set on any line"));
+  }
+  for (const char* const motor : {"tilt", "pan_right", "pan_left"}) {
+    const std::vector<double> way = log.column(std::string(motor) + "_steps");
+    metrics.push_back(at_most(std::string(motor) + "_off_steps", std::abs(demo::largest(way) - steps),
+                              "steps", 0, std::nullopt, "how far off the asked-for way it went at most"));
+    metrics.push_back(at_most(std::string(motor) + "_left_steps", std::abs(way.back()), "steps", 0,
+                              std::nullopt, "how far from its start it was left"));
   }
 }
 
@@ -147,30 +155,8 @@ std::vector<tools::Metric> Judge::metrics(const tools::LogTable& log) const {
                             tool_limit_mm_per_s_ * kRounding, std::nullopt, "fastest the tool went"));
   metrics.push_back(
       at_least("tool_way_mm", total_way_mm_, "mm", std::nullopt, std::nullopt, "way of the tool altogether"));
-  for (std::size_t k = 0; k < verdicts_.size(); ++k) {
-    const FaultEvent& fault = scenario_.faults[k];
-    const Verdict& verdict = verdicts_[k];
-    const std::string name = std::to_string(k + 1) + "_" + fault.name;
-    if (fault.expect == Expectation::kStop) {
-      // A hand that rests proves nothing.
-      std::optional<double> moving;
-      if (fault.at_s >= scenario_.settle_s) moving = kStill_mm_per_s;
-      metrics.push_back(at_least(name + "_from_mm_per_s", verdict.moving_mm_per_s, "mm/s", moving,
-                                 std::nullopt, "how fast the tool was when the fault came"));
-      const double still_ms = verdict.still_since_s < 0 ? kNaN : verdict.still_since_s * 1e3;
-      metrics.push_back(at_most(name + "_still_ms", still_ms, "ms", fault.within_s * 1e3, std::nullopt,
-                                "from the fault until the tool was slower than 1 mm/s"));
-      metrics.push_back(at_most(name + "_then_mm_per_s", verdict.fastest_mm_per_s, "mm/s", kStill_mm_per_s,
-                                std::nullopt, "fastest after that, until the operator's next word"));
-      metrics.push_back(at_least(name + "_drives_off", verdict.was_disabled ? 1 : 0, "", 1, std::nullopt,
-                                 "whether the drives went out of operation"));
-    }
-    if (fault.expect == Expectation::kCarryOn) {
-      metrics.push_back(at_most(name + "_stops", verdict.was_enabled && !verdict.was_disabled ? 0 : 1, "", 0,
-                                std::nullopt,
-                                "whether the drives went out of operation, which was not called for"));
-    }
-  }
+  for (tools::Metric& metric : faults_.metrics()) metrics.push_back(std::move(metric));
+  if (scenario_.arm_rests) add_still(metrics, log);
   const demo::Window settled{scenario_.settle_s, scenario_.duration_s};
   std::optional<double> target;
   if (scenario_.hand_rms_mm > 0) target = scenario_.hand_rms_mm;

@@ -27,6 +27,8 @@ constexpr std::array kKinds = {
     KindName{"camera-dropping", FaultKind::kCameraDropping},
     KindName{"camera-broken", FaultKind::kCameraBroken},
     KindName{"eye-late", FaultKind::kEyeLate},
+    KindName{"eyes-out-of-step", FaultKind::kEyesOutOfStep},
+    KindName{"target-absent", FaultKind::kTargetAbsent},
     KindName{"controller-killed", FaultKind::kControllerKilled},
     KindName{"controller-stopped", FaultKind::kControllerStopped},
     KindName{"clock-step", FaultKind::kClockStep},
@@ -45,12 +47,14 @@ Expectation expectation_of(const tools::TomlReader& table) {
   const std::string text = table.text_or("expect", "nothing");
   if (text == "nothing") return Expectation::kNothing;
   if (text == "stop") return Expectation::kStop;
-  if (text != "carry-on") table.fail("expect", "is '" + text + "'", "one of nothing, stop, carry-on");
+  if (text == "rest") return Expectation::kRest;
+  if (text != "carry-on") table.fail("expect", "is '" + text + "'", "one of nothing, stop, rest, carry-on");
   return Expectation::kCarryOn;
 }
 
 FaultEvent fault_of(const tools::TomlReader& table) {
-  table.allow_only({"kind", "at_s", "for_s", "joint", "eye", "value", "expect", "within_s"});
+  table.allow_only(
+      {"kind", "at_s", "for_s", "joint", "eye", "value", "expect", "within_s", "again_within_s"});
   constexpr tools::Range kTime{0, 1e4};
   FaultEvent fault;
   fault.name = table.text("kind");
@@ -64,6 +68,10 @@ FaultEvent fault_of(const tools::TomlReader& table) {
   fault.value = table.number_or("value", 0);
   fault.expect = expectation_of(table);
   fault.within_s = table.number_or("within_s", 0.2, kTime);
+  fault.again_within_s = table.number_or("again_within_s", 1, kTime);
+  if (fault.expect == Expectation::kRest && fault.for_s <= fault.within_s) {
+    table.fail("for_s", "the fault is over before the rest can be seen", "longer than within_s");
+  }
   return fault;
 }
 
@@ -71,8 +79,9 @@ FaultEvent fault_of(const tools::TomlReader& table) {
 
 RigScenario read_scenario(const std::filesystem::path& file) {
   const tools::TomlReader root = tools::TomlReader::from_file(file);
-  root.allow_only({"title", "description", "robot", "program", "scene", "duration_s", "frames_per_s",
-                   "patient_operator", "settle_s", "hand_rms_mm", "operator", "fault"});
+  root.allow_only({"title", "description", "robot", "program", "arguments", "scene", "duration_s",
+                   "frames_per_s", "patient_operator", "settle_s", "hand_rms_mm", "start", "pen_from_s",
+                   "arm_rests", "eye_steps", "operator", "fault"});
   constexpr tools::Range kTime{0, 1e4};
   RigScenario scenario;
   scenario.name = file.stem().string();
@@ -84,6 +93,13 @@ RigScenario read_scenario(const std::filesystem::path& file) {
   scenario.patient_operator = root.boolean_or("patient_operator", true);
   scenario.settle_s = root.number_or("settle_s", 3, kTime);
   scenario.hand_rms_mm = root.number_or("hand_rms_mm", 0, kTime);
+  scenario.arm_rests = root.boolean_or("arm_rests", false);
+  scenario.eye_steps = root.integer_or("eye_steps", 0, 0, 100'000);
+  const std::string start = root.text_or("start", "ahead");
+  if (start != "ahead" && start != "over-pool")
+    root.fail("start", "is '" + start + "'", "ahead or over-pool");
+  scenario.over_pool = start == "over-pool";
+  scenario.pen_from_s = root.number_or("pen_from_s", 0, kTime);
   for (const tools::TomlReader& table : root.tables("operator", true)) {
     table.allow_only({"at_s", "say"});
     scenario.operators.push_back({table.number("at_s", kTime), table.text("say")});

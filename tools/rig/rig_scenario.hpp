@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ enum class FaultKind {
   kCameraDropping,  // a share of the pictures
   kCameraBroken,    // pictures are flagged
   kEyeLate,         // one eye shows what was there before
+  kEyesOutOfStep,   // they give pictures in turn: none has its partner
+  kTargetAbsent,
   kControllerKilled,
   kControllerStopped,  // by a signal, and goes on later
   kClockStep,
@@ -30,6 +33,7 @@ enum class FaultKind {
 enum class Expectation {
   kNothing,
   kStop,     // the tool at rest within the time, and it stays there
+  kRest,     // the tool at rest within the time, drives on, until it is over; then it goes on
   kCarryOn,  // the arm does not stop for it
 };
 
@@ -42,6 +46,7 @@ struct FaultEvent {
   double value = 0;  // per cent, ms, frames a ms, or a number as the kind has it
   Expectation expect = Expectation::kNothing;
   double within_s = 0.2;
+  double again_within_s = 1;  // after the end, of a rest
   std::string name;
 };
 
@@ -64,6 +69,10 @@ struct RigScenario {
   std::vector<FaultEvent> faults;  // by rising time
   double settle_s = 3;             // from then on errors of the hand count
   double hand_rms_mm = 0;          // that is wanted; 0: none in particular
+  bool arm_rests = false;          // drives stay off, the bus is only read from, the eyes do no more than:
+  std::int64_t eye_steps = 0;      // each motor, there and back
+  bool over_pool = false;          // where the hand starts: looking down, instead of ahead
+  double pen_from_s = 0;           // from then on a pen is let go when it will hit; 0: there is none
 };
 
 // Throws InputError naming file, line and key.

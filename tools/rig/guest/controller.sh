@@ -17,7 +17,9 @@ sed -f "$script" "$RIG/robots/$(value robot).toml" >"$robot/robot.toml"
 mkdir -p /run/vergence /var/lib/vergence
 case $(value program) in
   '' | vergenced) program=("$RIG_BUILD/bin/vergenced" --realtime=ignore) ;;
+  bringup) program=("$RIG/guest/bringup.sh") ;;
   *) program=("$RIG_BUILD/bin/$(value program)") ;;
 esac
+read -ra arguments <<<"$(value arguments)"
 exec "$RIG_BUILD/bin/vergence_rig_plant" --scenario "$scenario" --config "$robot/robot.vcfg" --out "$RIG_OUT" \
-  --command "tools/rig/run $RIG_SCENARIO" -- "${program[@]}" --config "$robot/robot.vcfg"
+  --command "tools/rig/run $RIG_SCENARIO" -- "${program[@]}" --config "$robot/robot.vcfg" "${arguments[@]}"

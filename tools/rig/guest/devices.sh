@@ -3,7 +3,7 @@
 set_up_links() {
   local link
   ip link set lo up
-  for link in "$RIG_CAN" "$RIG_TEST_CAN"; do
+  for link in "$RIG_CAN" "$RIG_TEST_CAN" "$RIG_OTHER_TEST_CAN"; do
     [ -e "/sys/class/net/$link" ] || ip link add "$link" type vcan
     ip link set "$link" txqueuelen 1000
     ip link set "$link" up

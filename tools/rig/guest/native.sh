@@ -43,7 +43,7 @@ look() {
   for device in "$RIG_LEFT_CAMERA" "$RIG_LEFT_DISPLAY" "$RIG_RIGHT_CAMERA" "$RIG_RIGHT_DISPLAY"; do
     [ ! -e "$device" ] || need "$device is there already" "unplug it, or change tools/rig/devices.env"
   done
-  for device in "$RIG_CAN" "$RIG_TEST_CAN"; do
+  for device in "$RIG_CAN" "$RIG_TEST_CAN" "$RIG_OTHER_TEST_CAN"; do
     [ ! -e "/sys/class/net/$device" ] || need "$device is there already" "change tools/rig/devices.env"
   done
   [ ! -d "/sys/kernel/config/gpio-sim/$RIG_GPIO_CHIP" ] ||
@@ -81,6 +81,7 @@ take_down() {
   fi
   ip link del "$RIG_CAN" 2>/dev/null
   ip link del "$RIG_TEST_CAN" 2>/dev/null
+  ip link del "$RIG_OTHER_TEST_CAN" 2>/dev/null
   [ ! -d /sys/module/vivid ] || rmmod vivid
   exit $status
 }

@@ -21,7 +21,7 @@ check() {
 [ -n "${RIG_NATIVE:-}" ] || touch /usr/share/vergence-rig-was-here || failed=1
 
 check v4l2_test 'V4l2Vivid.*:V4l2Linux.*'
-check canopen_test 'SocketCanTest.*:VirtualCanTest.*'
+check canopen_test 'SocketCanTest.*:VirtualCanTest.*:TwoVirtualCansTest.*'
 check gpio_sim_test 'GpioSimTest.*'
 gpiodetect
 exit $failed
