@@ -164,17 +164,20 @@ void Relief::average(std::array<float, kMaxReliefPoints>& of_points) {
 // may fit one stripe beside; tried again at a better pose it does not.
 void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                    const PhotoModel& model, const Transform& T_H_C) {
+  const int first = frames_ % kSweepFrames * kSweepPerFrame;
+  const bool is_last = first + kSweepPerFrame == kReliefHypotheses;
   look(rig, left, right, kSweepLevel, model, z_mm_, T_H_C);
   const std::array<Light, 3> lights = light_;
-  for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(model, lights, i);
+  if (is_last) {
+    for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(model, lights, i);
+  }
   Points& depth = product_;
-  const int first = frames_ % kSweepFrames * kSweepPerFrame;
   for (int h = first; h < first + kSweepPerFrame; ++h) {
     depth.fill(kSweepStep_mm * (h - kFlatHypothesis));
     look(rig, left, right, kSweepLevel, model, depth, T_H_C);
     for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(model, lights, i);
   }
-  if (first + kSweepPerFrame < kReliefHypotheses) return;
+  if (!is_last) return;
   for (auto& costs : sweep_) average(costs);
   average(kept_);
   const double jump = frames_ < kSweepFrames ? 1 : kJump;  // flat, where nothing tells

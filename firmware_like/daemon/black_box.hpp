@@ -15,8 +15,7 @@
 
 namespace vergence {
 
-inline constexpr std::size_t kBoxRecords =
-    30'000;  // of 30 s where the arm's task runs at 1 kHz, else of a minute
+inline constexpr std::size_t kBoxRecords = 30'000;    // 30 s at 1 kHz, a minute at 500 Hz
 inline constexpr std::size_t kBoxTailRecords = 1000;  // after the fault: a second, or two
 inline constexpr std::size_t kBoxPictures = 60;       // pairs, two a second
 inline constexpr std::int64_t kBoxPictureEvery_ns = 480'000'000;
