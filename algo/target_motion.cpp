@@ -93,9 +93,10 @@ TargetState predict(const TargetState& from, double t_s, const TargetMotionOptio
   return to;
 }
 
-// Rounding must not build up: through the quaternion to an exact rotation.
+// Rounding must not build up: a step of Newton towards the nearest rotation squares what is missing to one. It is as
+// good for every attitude, where a quaternion's fourth part, taken from the other three, is lost near half a turn.
 Matrix3 exact(const Matrix3& R) {
-  return rotation_from_quaternion_vector(quaternion_vector_from_rotation(R));
+  return 0.5 * (R * (3 * Matrix3::Identity() - R.transpose() * R));
 }
 
 // Standard deviation an acceleration has in the long run, from white jerk and fading.

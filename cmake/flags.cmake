@@ -5,7 +5,7 @@
 # vergence_controller_flags: what is linked into the controller knows neither exceptions nor run-time types, and
 # Eigen's own vector code is off (on arm64 it would fuse); our vector code is written out, with Highway.
 add_library(vergence_flags INTERFACE)
-target_compile_options(vergence_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off)
+target_compile_options(vergence_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Wzero-as-null-pointer-constant -Werror -ffp-contract=off)
 target_include_directories(vergence_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # The least processor: SSE4.2 (any x86-64 since 2009). Highway adds AVX2 and AVX-512 beside it, chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
