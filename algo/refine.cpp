@@ -9,33 +9,22 @@
 #include <cstddef>
 #include <cstring>
 
+#include "algo/colour_sampling-inl.hpp"
 #include "algo/pose_covariance.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace vergence {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 constexpr double kMaxStep_mm = 15;
 constexpr double kMaxStep_rad = 0.15;
-constexpr float kChromaWeight = 2;
 constexpr int kChannels = 3;
-constexpr int kLanes = 4;
 constexpr int kMinPoints = 16;  // that a pairing must see to have a say
-
-using D4 = hn::FixedTag<float, kLanes>;
-using V4 = hn::Vec<D4>;
-constexpr D4 d4;
 
 // Pose, gain, and an offset a channel.
 constexpr int kUnknowns = 10;
 using Vector10 = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix10 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-
-V4 set(double value) {
-  return hn::Set(d4, static_cast<float>(value));
-}
 
 double sum_of(V4 v) {
   alignas(16) float lane[kLanes];
@@ -49,47 +38,6 @@ double clamped(double value, double low, double high) {
 }
 
 // ---- Sampling -------------------------------------------------------------------------------------------
-
-// Colour of a pixel: luma, 2 cb, 2 cr, centred, and a zero.
-V4 colour_of(ColourPixel pixel) {
-  const hn::FixedTag<std::uint8_t, kLanes> d8;
-  const hn::FixedTag<std::int32_t, kLanes> d32;
-  alignas(4) std::uint8_t bytes[kLanes];
-  std::memcpy(bytes, &pixel, sizeof bytes);
-  alignas(16) static constexpr float kCentre[kLanes] = {128, 128, 128, 0};
-  alignas(16) static constexpr float kScale[kLanes] = {1, kChromaWeight, kChromaWeight, 0};
-  const V4 value = hn::ConvertTo(d4, hn::PromoteTo(d32, hn::Load(d8, bytes)));
-  return hn::Mul(hn::Sub(value, hn::Load(d4, kCentre)), hn::Load(d4, kScale));
-}
-
-// Colour and slopes at (u, v), bilinear, slopes from central differences. Needs a border of one pixel.
-void sample_colour(const ColourLevel& image, float u, float v, float* value, float* slope_u, float* slope_v) {
-  const int x = static_cast<int>(u);
-  const int y = static_cast<int>(v);
-  const V4 fu = hn::Set(d4, u - static_cast<float>(x));
-  const V4 fv = hn::Set(d4, v - static_cast<float>(y));
-  const ColourPixel* row0 = image.pixel + static_cast<std::ptrdiff_t>(y - 1) * image.width_px + x;
-  const ColourPixel* row1 = row0 + image.width_px;
-  const ColourPixel* row2 = row1 + image.width_px;
-  const ColourPixel* row3 = row2 + image.width_px;
-  const auto blend = [&](V4 a00, V4 a10, V4 a01, V4 a11) {
-    const V4 top = hn::Add(a00, hn::Mul(fu, hn::Sub(a10, a00)));
-    const V4 bottom = hn::Add(a01, hn::Mul(fu, hn::Sub(a11, a01)));
-    return hn::Add(top, hn::Mul(fv, hn::Sub(bottom, top)));
-  };
-  const V4 a00 = colour_of(row1[0]);
-  const V4 a10 = colour_of(row1[1]);
-  const V4 a01 = colour_of(row2[0]);
-  const V4 a11 = colour_of(row2[1]);
-  const V4 half = set(0.5);
-  hn::Store(blend(a00, a10, a01, a11), d4, value);
-  hn::Store(hn::Mul(half, blend(hn::Sub(a10, colour_of(row1[-1])), hn::Sub(colour_of(row1[2]), a00),
-                                hn::Sub(a11, colour_of(row2[-1])), hn::Sub(colour_of(row2[2]), a01))),
-            d4, slope_u);
-  hn::Store(hn::Mul(half, blend(hn::Sub(a01, colour_of(row0[0])), hn::Sub(a11, colour_of(row0[1])),
-                                hn::Sub(colour_of(row3[0]), a00), hn::Sub(colour_of(row3[1]), a10))),
-            d4, slope_v);
-}
 
 // A camera before a posed model, in single precision.
 struct View {

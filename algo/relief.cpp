@@ -1,5 +1,6 @@
 // How a relief is learned, frame by frame, and when it is adopted.
 #include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
 
 #include "algo/hue.hpp"
@@ -8,12 +9,22 @@
 namespace vergence {
 namespace {
 
-// The frames of learning: the first kReliefCoarseFrames coarse, so that depths are pulled in from far.
-constexpr int kMiddleFrames = 11;  // up to here at half resolution
-constexpr int kLearningFrames = 60;
-constexpr int kEarliestAdoption = 13;
+// The frames of learning: the first at quarter resolution, so that depths are pulled in from far, some at
+// half.
+constexpr int kHalfFrames = 3;  // up to here at half resolution
+constexpr int kLearningFrames = 50;
+constexpr int kFirstTries = 4;  // frames that are learned from as the first
+// Where each of them starts beside the flat model's pose, for patterns that repeat; the last is there itself.
+constexpr std::array<double, kFirstTries> kAside_mm = {0, -2.5, 2.5, 0};
+constexpr int kFirstSteps = 6;  // of Gauss-Newton, in the first frame
+constexpr int kHalfSteps = 6;   // at half resolution
+// A relief in use is young until here: it takes the place of the one before wherever that explains a frame
+// better.
+constexpr int kYoungFrames = 6;
 constexpr int kBetterInARow = 3;
-constexpr double kClearlyBetter = 0.85;  // of the cost of the model in use
+constexpr double kFirstBetter = 0.75;    // of the cost of the flat model, on the frame it was learned from
+constexpr double kFirstGain = 0.25;      // of the cost, there
+constexpr double kClearlyBetter = 0.85;  // of the cost of the flat model, on frames it was not learned from
 constexpr double kLeastGain = 0.2;       // of the cost, where 3 is no likeness at all
 constexpr double kAnyBetter = 0.995;     // once there is a relief
 
@@ -25,10 +36,9 @@ constexpr double kMaxRelief_mm = 80;
 constexpr double kMaxStep_mm = 8;
 constexpr double kMaxTurn_rad = 0.05;
 constexpr int kPoseSteps = 2;
-constexpr int kSteps = 3;
-constexpr double kShare = 0.6;
+constexpr double kShare = 0.6;  // of a step of depth, at full resolution
 
-// Depths tried: some each frame, all of them every kSweepFrames.
+// Depths tried: all of them each frame at first, then some each frame.
 constexpr int kSweepFrames = 5;
 constexpr int kFlatHypothesis = kReliefHypotheses / 2;  // the one in the middle
 constexpr int kSweepPerFrame = kReliefHypotheses / kSweepFrames;
@@ -36,7 +46,7 @@ static_assert(kSweepFrames * kSweepPerFrame == kReliefHypotheses);
 constexpr int kSweepLevel = 1;
 constexpr int kSweepRounds = 3;
 constexpr double kSweepStep_mm = 3;
-constexpr int kLastSweep = 25;  // frames; until then depths are tried again and again
+constexpr int kLastSweep = kHalfFrames + 3 * kSweepFrames;  // until then depths are tried again and again
 constexpr double kJump = 0.95;  // of the cost of the depth it has: a point goes to another one below that
 constexpr double kPlaneOutlier_mm = 8;  // off the plane through all depths
 
@@ -68,26 +78,40 @@ bool Relief::learning() const {
   return frames_ < kLearningFrames && points_ >= kLeastPoints;
 }
 
+bool Relief::is_young() const {
+  return frames_ < kYoungFrames;
+}
+
 void Relief::drop() {
-  if (state_ == ReliefState::kAdopted) return;
   state_ = ReliefState::kFlat;
   frames_ = 0;
+  tries_ = 0;
   better_ = 0;
+  forget_depths();
+}
+
+void Relief::forget_depths() {
   T_M_C_ = Transform{};
   z_mm_.fill(0);
   known_.fill(0);
-  trust_.fill(0);
 }
 
 void Relief::start(const PhotoModel& flat) {
   points_ = flat.inner < kMaxReliefPoints ? flat.inner : kMaxReliefPoints;
-  state_ = ReliefState::kFlat;
   drop();
   target_points_ = 0;
   const int tolerance = hue_tolerance_steps(20);
   for (int i = 0; i < points_; ++i) {
     x_mm_[at(i)] = flat.x_mm[at(i)];
     y_mm_[at(i)] = flat.y_mm[at(i)];
+    flat_weight_[at(i)] = flat.weight[at(i)];
+    const Vector3 from_centre = Vector3{x_mm_[at(i)], y_mm_[at(i)], 0} - flat.optical_centre_mm;
+    ray_x_[at(i)] = from_centre[0] / from_centre[2];
+    ray_y_[at(i)] = from_centre[1] / from_centre[2];
+    flat_x_mm_[at(i)] = flat.x_mm[at(i)];
+    flat_y_mm_[at(i)] = flat.y_mm[at(i)];
+    flat_ray_x_[at(i)] = static_cast<float>(ray_x_[at(i)]);
+    flat_ray_y_[at(i)] = static_cast<float>(ray_y_[at(i)]);
     const bool like_background = hue_distance(flat.hue[at(i)], flat.background_hue) <= tolerance;
     const bool target = flat.masked ? flat.weight[at(i)] != 0 : !like_background;
     is_target_[at(i)] = target ? 1 : 0;
@@ -122,23 +146,28 @@ void Relief::start(const PhotoModel& flat) {
   }
 }
 
-// Of what look() saw at the level of the sweep: how badly the three views of a point agree, robustly.
+// Of what the views show at the level of the sweep: how badly the three of a point agree, robustly. In single
+// precision, four channels side by side, of which the last is zero: compilers make vectors of that.
 float Relief::misfit(const PhotoModel& model, const std::array<Light, 3>& lights, int i) const {
+  using Four = std::array<float, 4>;
   const ReliefSample& l = left_[at(i)];
   const ReliefSample& r = right_[at(i)];
-  const std::array<float, 4> photo = photo_colour(model, kSweepLevel, i);
-  double sum = 0;
-  for (unsigned c = 0; c < 3; ++c) {
-    const auto add = [&](const Light& light, double a, double b, double seen) {
-      const double residual = (a - light.gain * b - light.offset[c]) / light.scale;
-      const double squared = residual * residual;
-      sum += seen > 0 ? squared / (1 + squared) : 1;
-    };
-    add(lights[0], l.value[c], photo[c], l.seen);
-    add(lights[1], r.value[c], photo[c], r.seen);
-    add(lights[2], l.value[c], r.value[c], l.seen * r.seen);
-  }
-  return static_cast<float>(is_target_[at(i)] * sum);
+  const Four photo = photo_colour(model, kSweepLevel, i);
+  const auto disagreement = [](const Light& light, const Four& a, const Four& b, double seen) {
+    const auto gain = static_cast<float>(light.gain);
+    const auto per_scale = static_cast<float>(1 / light.scale);
+    Four part;
+    for (unsigned c = 0; c < 4; ++c) {
+      const float residual = (a[c] - gain * b[c] - static_cast<float>(light.offset[c])) * per_scale;
+      const float squared = residual * residual;
+      part[c] = squared / (1 + squared);
+    }
+    return seen > 0 ? part[0] + part[1] + part[2] : 3.0F;
+  };
+  const float sum = disagreement(lights[0], l.value, photo, l.seen) +
+                    disagreement(lights[1], r.value, photo, r.seen) +
+                    disagreement(lights[2], l.value, r.value, l.seen * r.seen);
+  return is_target_[at(i)] > 0 ? sum : 0.0F;
 }
 
 // Over neighbours, some times.
@@ -158,29 +187,26 @@ void Relief::average(std::array<float, kMaxReliefPoints>& of_points) {
   }
 }
 
-// Tries some depths for all points at once, and keeps how badly each explains each point. Every kSweepFrames
-// frames all have been tried, and points go to the depth that their neighbourhood likes best: far enough into
-// the valley for Gauss-Newton. The first time the flat model's pose is still biased, and a repeated pattern
-// may fit one stripe beside; tried again at a better pose it does not.
+// Tries some depths for all points at once, and keeps how badly each explains each point. Once all have been
+// tried, points go to the depth that their neighbourhood likes best: far enough into the valley for
+// Gauss-Newton. The first time the flat model's pose is still biased, and a repeated pattern may fit one
+// stripe beside; tried again at a better pose it does not.
 void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                   const PhotoModel& model, const Transform& T_H_C) {
-  const int first = frames_ % kSweepFrames * kSweepPerFrame;
-  const bool is_last = first + kSweepPerFrame == kReliefHypotheses;
+                   const PhotoModel& model, const Transform& T_H_C, int first, int count) {
+  const bool is_last = first + count == kReliefHypotheses;
   look(rig, left, right, kSweepLevel, model, z_mm_, T_H_C);
   const std::array<Light, 3> lights = light_;
   if (is_last) {
     for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(model, lights, i);
   }
-  Points& depth = product_;
-  for (int h = first; h < first + kSweepPerFrame; ++h) {
-    depth.fill(kSweepStep_mm * (h - kFlatHypothesis));
-    look(rig, left, right, kSweepLevel, model, depth, T_H_C);
+  for (int h = first; h < first + count; ++h) {
+    glance(rig, left, right, kSweepLevel, kSweepStep_mm * (h - kFlatHypothesis), T_H_C);
     for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(model, lights, i);
   }
   if (!is_last) return;
   for (auto& costs : sweep_) average(costs);
   average(kept_);
-  const double jump = frames_ < kSweepFrames ? 1 : kJump;  // flat, where nothing tells
+  const double jump = frames_ == 0 ? 1 : kJump;  // flat, where nothing tells
   for (int i = 0; i < points_; ++i) {
     int best = kFlatHypothesis;
     for (int h = 0; h < kReliefHypotheses; ++h) {
@@ -215,62 +241,106 @@ Transform Relief::take_plane_out() {
           {0, 0, plane[0]}};
 }
 
-bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                     const PhotoModel& model, const Transform& T_H_M) {
-  if (!learning()) return false;
-  if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
-  if (frames_ < kSweepFrames) {
-    sweep(rig, left, right, model, T_H_M);
-    if (++frames_ == kSweepFrames) T_M_C_ = take_plane_out();
-    return false;
-  }
-  const int level = frames_ < kReliefCoarseFrames ? 2 : (frames_ < kMiddleFrames ? 1 : 0);
-
-  // The model in use explains this frame so well:
-  Points& in_use = product_;
-  for (int i = 0; i < points_; ++i) in_use[at(i)] = model.z_mm[at(i)];
-  look(rig, left, right, level, model, in_use, T_H_M);
-  const double cost_in_use = cost();
-  // And what was learned from earlier ones, after its pose has settled on this one:
-  Transform T_H_C = T_H_M * T_M_C_;
-  for (int step = 0; step < kPoseSteps; ++step) {
-    look(rig, left, right, level, model, z_mm_, T_H_C);
-    linearise(model, level);
-    move_by(solve_pose(), T_H_C);
-  }
-  look(rig, left, right, level, model, z_mm_, T_H_C);
-  const bool adopted = state_ == ReliefState::kAdopted;
-  const double limit = adopted ? kAnyBetter : kClearlyBetter;
-  ratio_ = cost() / (cost_in_use + 1e-9);
-  const bool better = (ratio_ < limit) & (adopted | (cost_in_use - cost() > kLeastGain));
-  better_ = better ? better_ + 1 : 0;
-
-  const int steps = frames_ < kMiddleFrames ? kSteps : 1;
+// Gauss-Newton over pose and depths.
+void Relief::improve(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
+                     const PhotoModel& model, int steps, double share, Transform& T_H_C) {
   for (int step = 0; step < steps; ++step) {
     look(rig, left, right, level, model, z_mm_, T_H_C);
     linearise(model, level);
     for (int i = 0; i < points_; ++i) known_[at(i)] += 0.2 * (data_[at(i)] - known_[at(i)]);
     add_priors();
     move_by(solve_jointly(), T_H_C);
-    const double share = frames_ < kMiddleFrames ? 1 : kShare;
     for (int i = 0; i < points_; ++i) {
       const double dz = clamped(dz_mm_[at(i)], -kMaxStep_mm, kMaxStep_mm);
       z_mm_[at(i)] = clamped(z_mm_[at(i)] + share * dz, -kMaxRelief_mm, kMaxRelief_mm);
     }
   }
-  if (frames_ < kLastSweep) sweep(rig, left, right, model, T_H_C);
-  T_M_C_ = T_H_M.inverse() * T_H_C;
+}
+
+double Relief::cost_in_use(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                           int level, const PhotoModel& model, const Transform& T_H_M) {
+  Points& in_use = product_;
+  for (int i = 0; i < points_; ++i) in_use[at(i)] = model.z_mm[at(i)];
+  look(rig, left, right, level, model, in_use, T_H_M);
+  return cost();
+}
+
+double Relief::spread_mm() const {
   double squares = 0;
   for (int i = 0; i < points_; ++i) squares += is_target_[at(i)] * z_mm_[at(i)] * z_mm_[at(i)];
-  spread_mm_ = std::sqrt(squares / (target_points_ > 1 ? target_points_ : 1));
+  return std::sqrt(squares / (target_points_ > 1 ? target_points_ : 1));
+}
+
+bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                     const PhotoModel& model, const Transform& T_H_M) {
+  if (!learning()) return false;
+  if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
+  Transform T_H_C = T_H_M * T_M_C_;
+  if (frames_ == 0) {
+    T_H_C = T_H_C * Transform{Matrix3::Identity(), {kAside_mm[at(tries_)], 0, 0}};
+    sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);
+    T_H_C = T_H_C * take_plane_out();
+    improve(rig, left, right, kReliefFirstLevel, model, kFirstSteps, 1, T_H_C);
+    look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);
+    const double learned = cost();
+    const double in_use = cost_in_use(rig, left, right, kReliefFirstLevel, model, T_H_M);
+    T_M_C_ = T_H_M.inverse() * T_H_C;
+    const bool good =
+        learned < kFirstBetter * in_use && in_use - learned > kFirstGain && spread_mm() >= kLeastSpread_mm;
+    // The flat model's pose may have settled badly: from that of another frame, or from a little beside, it
+    // may do better. What is learned beside is taken where it is good at once, and no risk is taken on it
+    // otherwise.
+    if (good || ++tries_ == kFirstTries) {
+      ++frames_;
+    } else {
+      forget_depths();
+    }
+    return good;
+  }
+  const bool half = frames_ < kHalfFrames;
+  const int level = half ? 1 : 0;
+
+  // The model in use explains this frame so well:
+  const double in_use = cost_in_use(rig, left, right, level, model, T_H_M);
+  // And what was learned from earlier ones, after its pose has settled on this one:
+  for (int step = 0; step < kPoseSteps; ++step) {
+    look(rig, left, right, level, model, z_mm_, T_H_C);
+    linearise(model, level);
+    move_by(solve_pose(), T_H_C);
+  }
+  look(rig, left, right, level, model, z_mm_, T_H_C);
+  const double learned = cost();
+  const bool adopted = state_ == ReliefState::kAdopted;
+  const double limit = adopted ? kAnyBetter : kClearlyBetter;
+  const bool better = (learned < limit * in_use) & (adopted | (in_use - learned > kLeastGain));
+  better_ = better ? better_ + 1 : 0;
+
+  improve(rig, left, right, level, model, half ? kHalfSteps : 1, half ? 1 : kShare, T_H_C);
+  if (half) {
+    sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);
+  } else if (frames_ < kLastSweep) {
+    sweep(rig, left, right, model, T_H_C, (frames_ - kHalfFrames) % kSweepFrames * kSweepPerFrame,
+          kSweepPerFrame);
+  }
+  T_M_C_ = T_H_M.inverse() * T_H_C;
+  const int in_a_row = adopted && is_young() ? 1 : kBetterInARow;
   ++frames_;
-  return frames_ >= kEarliestAdoption && better_ >= kBetterInARow && spread_mm_ >= kLeastSpread_mm;
+  return better_ >= in_a_row && spread_mm() >= kLeastSpread_mm;
+}
+
+void Relief::give_back(PhotoModel& model) {
+  for (int i = 0; i < points_; ++i) {
+    model.x_mm[at(i)] = flat_x_mm_[at(i)];
+    model.y_mm[at(i)] = flat_y_mm_[at(i)];
+    model.z_mm[at(i)] = 0;
+    model.weight[at(i)] = flat_weight_[at(i)];
+  }
+  drop();
 }
 
 void Relief::adopt(PhotoModel& model, Transform& T_H_M) {
   for (int i = 0; i < points_; ++i) {
-    const Vector3 ray = ray_of(model, x_mm_[at(i)], y_mm_[at(i)]);
-    const Vector3 p = Vector3{x_mm_[at(i)], y_mm_[at(i)], 0} + z_mm_[at(i)] * ray;
+    const Vector3 p = point(i, z_mm_[at(i)]);
     model.x_mm[at(i)] = static_cast<float>(p[0]);
     model.y_mm[at(i)] = static_cast<float>(p[1]);
     model.z_mm[at(i)] = static_cast<float>(p[2]);

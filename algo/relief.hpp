@@ -56,10 +56,13 @@ class Relief {
 
   // Forgets what was learned but not adopted: it was of something else.
   void drop();
+  // Forgets what was adopted as well, and makes `model` flat again.
+  void give_back(PhotoModel& model);
 
   [[nodiscard]] ReliefState state() const { return state_; }
   [[nodiscard]] int frames() const { return frames_; }  // learned from
   [[nodiscard]] bool learning() const;                  // more is to be learned
+  [[nodiscard]] bool is_young() const;                  // learned from few frames only
 
  private:
   struct View {
@@ -74,20 +77,32 @@ class Relief {
   };
   using Points = std::array<double, kMaxReliefPoints>;
 
-  void sample(const PhotoModel& model, const Points& z_mm, const View& view, const Transform& T_H_M,
+  [[nodiscard]] Vector3 point(int i, double z_mm) const;
+  void sample(const Points& z_mm, const View& view, const Transform& T_H_M,
               std::array<ReliefSample, kMaxReliefPoints>& samples) const;
+  void sample_colours(double z_mm, const View& view, const Transform& T_H_M,
+                      std::array<ReliefSample, kMaxReliefPoints>& samples) const;
   template <class A, class B, class Seen>
   [[nodiscard]] Light fit_light(A&& a, B&& b, Seen&& seen) const;
   void fit_lights(const PhotoModel& model, int level);
   void look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
             const PhotoModel& model, const Points& z_mm, const Transform& T_H_M);
+  void glance(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
+              double z_mm, const Transform& T_H_M);
   [[nodiscard]] double cost() const;
   void linearise(const PhotoModel& model, int level);
   void add_priors();
+  void forget_depths();
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
   [[nodiscard]] Vector6 solve_pose() const;
   void sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-             const PhotoModel& model, const Transform& T_H_C);
+             const PhotoModel& model, const Transform& T_H_C, int first, int count);
+  void improve(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
+               const PhotoModel& model, int steps, double share, Transform& T_H_C);
+  [[nodiscard]] double cost_in_use(const StereoRig& rig, const ColourPyramid& left,
+                                   const ColourPyramid& right, int level, const PhotoModel& model,
+                                   const Transform& T_H_M);
+  [[nodiscard]] double spread_mm() const;
   [[nodiscard]] float misfit(const PhotoModel& model, const std::array<Light, 3>& lights, int i) const;
   void average(std::array<float, kMaxReliefPoints>& of_points);
   [[nodiscard]] Transform take_plane_out();
@@ -97,17 +112,23 @@ class Relief {
   std::array<std::array<std::int16_t, kReliefNeighbours>, kMaxReliefPoints> neighbour_{};
   Points x_mm_{};  // of the flat model
   Points y_mm_{};
+  Points ray_x_{};  // how a point moves with its relief, a mm of z: along its ray of the photo
+  Points ray_y_{};
+  // The same in single precision, and what it was before there was a relief.
+  alignas(16) std::array<float, kMaxReliefPoints> flat_x_mm_{};
+  alignas(16) std::array<float, kMaxReliefPoints> flat_y_mm_{};
+  alignas(16) std::array<float, kMaxReliefPoints> flat_ray_x_{};
+  alignas(16) std::array<float, kMaxReliefPoints> flat_ray_y_{};
+  std::array<std::uint8_t, kMaxReliefPoints> flat_weight_{};
   Points is_target_{};  // 1, or 0 where it looks like background
 
   // Carried over.
   Points z_mm_{};
-  Points known_{};        // how well, in the unit of the normal equations
-  Points trust_{};        // mean weight of the residuals: low where the views do not agree
-  Transform T_M_C_;       // the candidate's pose in the model in use
-  double spread_mm_ = 0;  // root mean square of z
-  double ratio_ = 1;      // of the candidate's cost to that of the model in use
+  Points known_{};   // how well, in the unit of the normal equations
+  Transform T_M_C_;  // the candidate's pose in the model in use
   ReliefState state_ = ReliefState::kFlat;
   int frames_ = 0;
+  int tries_ = 0;
   int better_ = 0;  // frames in a row that the candidate explained better before it learned from them
 
   // The frame.

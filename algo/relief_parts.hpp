@@ -7,7 +7,7 @@
 
 namespace vergence {
 
-inline constexpr int kReliefCoarseFrames = 7;  // learned from at quarter resolution
+inline constexpr int kReliefFirstLevel = 2;  // the first frame is learned from at quarter resolution
 
 inline unsigned at(int i) {
   return static_cast<unsigned>(i);
@@ -20,8 +20,5 @@ inline double clamped(double value, double low, double high) {
 
 // Colour of the photo at a point: luma, 2 cb, 2 cr, centred, and a zero.
 [[nodiscard]] std::array<float, 4> photo_colour(const PhotoModel& model, int level, int i);
-
-// How a point moves with its relief, a mm of z: along its ray of the photo.
-[[nodiscard]] Vector3 ray_of(const PhotoModel& model, double x_mm, double y_mm);
 
 }  // namespace vergence

@@ -7,8 +7,9 @@
 namespace vergence {
 namespace {
 
-constexpr double kEarlyTrend_rad = 0.03;  // instead of kTrend_rad, in the coarse frames
+constexpr double kEarlyTrend_rad = 0.03;  // instead of kTrend_rad, in the first frame
 constexpr int kConjugateSteps = 24;
+constexpr int kFirstConjugateSteps = 12;  // in the first frame
 
 constexpr double kLeftRight = 0.5;  // weight of the third pairing: it repeats what the first two say
 
@@ -34,13 +35,11 @@ void Relief::linearise(const PhotoModel& model, int level) {
     const std::array<float, 4> photo = photo_colour(model, level, i);
     double M[4][4] = {};
     double m[4] = {};
-    double trust = 0;
     for (unsigned c = 0; c < 3; ++c) {
       const double slope[4] = {l.slope_u[c], l.slope_v[c], r.slope_u[c], r.slope_v[c]};
       const auto add = [&](const Light& light, double residual, double seen, const double(&s)[4]) {
         const double share = 1 / (light.scale * light.scale + residual * residual);  // Cauchy
         const double w = seen * share;
-        trust += w * light.scale * light.scale;
         for (int a = 0; a < 4; ++a) {
           for (int b = 0; b <= a; ++b) M[a][b] += w * s[a] * s[b];
           m[a] -= w * s[a] * residual;
@@ -87,7 +86,6 @@ void Relief::linearise(const PhotoModel& model, int level) {
         pull_[at(i)] = pull;
       }
     }
-    trust_[at(i)] += 0.2 * (trust / 9 - trust_[at(i)]);
   }
   H_.triangularView<Eigen::StrictlyLower>() = H_.transpose();
   for (int k = 0; k < 6; ++k) H_(k, k) += 1e-6 * H_(k, k) + 1e-9;
@@ -115,7 +113,7 @@ void Relief::add_priors() {
   const double n = target_points_ > 1 ? target_points_ : 1;
   // (mean z / sigma)^2 = (sum z)^2 / (n sigma)^2; the slope sum(z x) / sum(x x) likewise.
   mean_bond_ = 1 / (n * n * kMeanError_mm * kMeanError_mm);
-  const double trend_rad = frames_ < kReliefCoarseFrames ? kEarlyTrend_rad : kTrend_rad;
+  const double trend_rad = frames_ == 0 ? kEarlyTrend_rad : kTrend_rad;
   trend_bond_x_ = 1 / ((xx + 1) * (xx + 1) * trend_rad * trend_rad);
   trend_bond_y_ = 1 / ((yy + 1) * (yy + 1) * trend_rad * trend_rad);
   for (int i = 0; i < points_; ++i) {
@@ -190,7 +188,8 @@ Vector6 Relief::solve_jointly() {
     direction_[at(i)] = scale[at(i)] * residual_[at(i)];
     old += residual_[at(i)] * direction_[at(i)];
   }
-  for (int step = 0; step < kConjugateSteps; ++step) {
+  const int steps = frames_ == 0 ? kFirstConjugateSteps : kConjugateSteps;
+  for (int step = 0; step < steps; ++step) {
     Vector6 product_pose;
     multiply(direction_pose, direction_, product_pose, product_);
     double curvature = direction_pose.dot(product_pose);

@@ -1,57 +1,74 @@
 // What the three views of a relief see of its points, and how they agree: left, right, photo.
 #include <cmath>
-#include <cstddef>
 
+#include "algo/colour_sampling-inl.hpp"
+#include "algo/projection-inl.hpp"
 #include "algo/relief_parts.hpp"
 
+HWY_BEFORE_NAMESPACE();
 namespace vergence {
 namespace {
 
 constexpr float kChromaWeight = 2;
 
-std::array<float, 4> colour_of(ColourPixel pixel) {
-  return {static_cast<float>(pixel & 0xFF) - 128.0F,
-          kChromaWeight * (static_cast<float>((pixel >> 8) & 0xFF) - 128.0F),
-          kChromaWeight * (static_cast<float>((pixel >> 16) & 0xFF) - 128.0F), 0.0F};
+// Distorted normalized coordinates, OpenCV's five coefficients.
+Vector2 distorted(const CameraModel& camera, double x, double y) {
+  const auto& [k1, k2, p1, p2, k3] = camera.distortion;
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
 }
 
-// Colour and slopes at (u, v), bilinear, slopes from central differences. Needs a border of one pixel.
-void sample_colour(const ColourLevel& image, double u, double v, ReliefSample& out) {
-  const int x = static_cast<int>(u);
-  const int y = static_cast<int>(v);
-  const auto fu = static_cast<float>(u - x);
-  const auto fv = static_cast<float>(v - y);
-  std::array<float, 4> c[4][4];  // [row][column], from (x - 1, y - 1)
-  for (int j = 0; j < 4; ++j) {
-    const ColourPixel* row = image.pixel + static_cast<std::ptrdiff_t>(y - 1 + j) * image.width_px + (x - 1);
-    for (int i = 0; i < 4; ++i) c[j][i] = colour_of(row[i]);
-  }
-  const float w00 = (1 - fu) * (1 - fv);
-  const float w10 = fu * (1 - fv);
-  const float w01 = (1 - fu) * fv;
-  const float w11 = fu * fv;
-  for (unsigned k = 0; k < 4; ++k) {
-    out.value[k] = c[1][1][k] * w00 + c[1][2][k] * w10 + c[2][1][k] * w01 + c[2][2][k] * w11;
-    out.slope_u[k] = 0.5F * ((c[1][2][k] - c[1][0][k]) * w00 + (c[1][3][k] - c[1][1][k]) * w10 +
-                             (c[2][2][k] - c[2][0][k]) * w01 + (c[2][3][k] - c[2][1][k]) * w11);
-    out.slope_v[k] = 0.5F * ((c[2][1][k] - c[0][1][k]) * w00 + (c[2][2][k] - c[0][2][k]) * w10 +
-                             (c[3][1][k] - c[1][1][k]) * w01 + (c[3][2][k] - c[1][2][k]) * w11);
-  }
-}
-
-// Distorted normalized coordinates and their derivative, OpenCV's five coefficients.
-void distort(const CameraModel& camera, double x, double y, Vector2& xy, Eigen::Matrix2d& derivative) {
+// And their derivative.
+Eigen::Matrix2d distortion_slope(const CameraModel& camera, double x, double y) {
   const auto& [k1, k2, p1, p2, k3] = camera.distortion;
   const double r2 = x * x + y * y;
   const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
   const double radial_slope = k1 + r2 * (2 * k2 + r2 * 3 * k3);  // d radial / d r2
-  xy = {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+  Eigen::Matrix2d derivative;
   derivative << radial + 2 * x * x * radial_slope + 2 * p1 * y + 6 * p2 * x,
       2 * x * y * radial_slope + 2 * p1 * x + 2 * p2 * y,  //
       2 * x * y * radial_slope + 2 * p1 * x + 2 * p2 * y,
       radial + 2 * y * y * radial_slope + 6 * p1 * y + 2 * p2 * x;
+  return derivative;
 }
+
+// Where a camera sees a point of the target frame.
+struct Place {
+  double x;  // normalized, before the lens
+  double y;
+  double inverse_depth;
+  double u_px;  // in the image, or at its border where it is not
+  double v_px;
+  bool visible;
+};
+
+struct Eye {
+  Eye(const CameraModel& at_level, const ColourLevel& image, const Transform& T_H_M)
+      : camera(at_level),
+        last_u(image.width_px - 2.001),
+        last_v(image.height_px - 2.001),
+        T_C_M(target_in_camera(at_level, T_H_M)) {}
+
+  [[nodiscard]] Place place_of(const Vector3& p) const {
+    const Vector3 pc = T_C_M * p;
+    const bool in_front = pc[2] >= kMinDepth_mm;
+    const double inverse = 1 / (in_front ? pc[2] : kMinDepth_mm);
+    const double x = pc[0] * inverse;
+    const double y = pc[1] * inverse;
+    const Vector2 xy = distorted(camera, x, y);
+    const double u = camera.fx_px * xy[0] + camera.cx_px;
+    const double v = camera.fy_px * xy[1] + camera.cy_px;
+    const bool visible = in_front & (u >= 1) & (v >= 1) & (u <= last_u) & (v <= last_v);
+    return {x, y, inverse, clamped(u, 1, last_u), clamped(v, 1, last_v), visible};
+  }
+
+  const CameraModel& camera;
+  double last_u;
+  double last_v;
+  Transform T_C_M;
+};
 
 }  // namespace
 
@@ -62,36 +79,26 @@ std::array<float, 4> photo_colour(const PhotoModel& model, int level, int i) {
           kChromaWeight * (static_cast<float>(colours.cr[at(i)]) - 128.0F), 0.0F};
 }
 
-Vector3 ray_of(const PhotoModel& model, double x_mm, double y_mm) {
-  const Vector3 from_centre = Vector3{x_mm, y_mm, 0} - model.optical_centre_mm;
-  return from_centre / from_centre[2];
+Vector3 Relief::point(int i, double z_mm) const {
+  return {x_mm_[at(i)] + z_mm * ray_x_[at(i)], y_mm_[at(i)] + z_mm * ray_y_[at(i)], z_mm};
 }
 
-void Relief::sample(const PhotoModel& model, const Points& z_mm, const View& view, const Transform& T_H_M,
+void Relief::sample(const Points& z_mm, const View& view, const Transform& T_H_M,
                     std::array<ReliefSample, kMaxReliefPoints>& samples) const {
-  const Transform T_C_M = target_in_camera(view.camera, T_H_M);
-  const double last_u = view.image.width_px - 2.001;
-  const double last_v = view.image.height_px - 2.001;
+  const Eye eye(view.camera, view.image, T_H_M);
   for (int i = 0; i < points_; ++i) {
     ReliefSample& sample = samples[at(i)];
-    const Vector3 ray = ray_of(model, x_mm_[at(i)], y_mm_[at(i)]);
-    const Vector3 p = Vector3{x_mm_[at(i)], y_mm_[at(i)], 0} + z_mm[at(i)] * ray;
-    const Vector3 pc = T_C_M * p;
-    const bool in_front = pc[2] >= kMinDepth_mm;
-    const double inverse = 1 / (in_front ? pc[2] : kMinDepth_mm);
-    const double x = pc[0] * inverse;
-    const double y = pc[1] * inverse;
-    Vector2 xy;
-    Eigen::Matrix2d lens;
-    distort(view.camera, x, y, xy, lens);
-    const double u = view.camera.fx_px * xy[0] + view.camera.cx_px;
-    const double v = view.camera.fy_px * xy[1] + view.camera.cy_px;
-    const bool visible = in_front & (u >= 1) & (v >= 1) & (u <= last_u) & (v <= last_v);
-    sample.seen = visible ? is_target_[at(i)] : 0.0;
-    sample_colour(view.image, clamped(u, 1, last_u), clamped(v, 1, last_v), sample);
+    const Vector3 p = point(i, z_mm[at(i)]);
+    const Place place = eye.place_of(p);
+    sample.seen = place.visible ? is_target_[at(i)] : 0.0;
+    sample_colour(view.image, static_cast<float>(place.u_px), static_cast<float>(place.v_px),
+                  sample.value.data(), sample.slope_u.data(), sample.slope_v.data());
+    const double inverse = place.inverse_depth;
     Eigen::Matrix<double, 2, 3> to_pixel;
-    to_pixel << inverse, 0, -x * inverse, 0, inverse, -y * inverse;
-    const Eigen::Matrix<double, 2, 3> A = lens * to_pixel * T_C_M.R;
+    to_pixel << inverse, 0, -place.x * inverse, 0, inverse, -place.y * inverse;
+    const Eigen::Matrix<double, 2, 3> A =
+        distortion_slope(view.camera, place.x, place.y) * to_pixel * eye.T_C_M.R;
+    const Vector3 ray = {ray_x_[at(i)], ray_y_[at(i)], 1};
     const auto row = [&](int r, double focal_px) -> std::array<double, 7> {
       const Vector3 a = focal_px * A.row(r).transpose();
       return {a[0],
@@ -104,6 +111,50 @@ void Relief::sample(const PhotoModel& model, const Points& z_mm, const View& vie
     };
     sample.du = row(0, view.camera.fx_px);
     sample.dv = row(1, view.camera.fy_px);
+  }
+}
+
+void Relief::sample_colours(double z_mm, const View& view, const Transform& T_H_M,
+                            std::array<ReliefSample, kMaxReliefPoints>& samples) const {
+  const Transform T_C_M = target_in_camera(view.camera, T_H_M);
+  V4 R[3][3];
+  V4 t[3];
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) R[r][c] = set(T_C_M.R(r, c));
+    t[r] = set(T_C_M.t_mm[r]);
+  }
+  const V4 z = set(z_mm);
+  const V4 nearest = set(kMinDepth_mm);
+  const V4 first = set(1);
+  const V4 last_u = set(view.image.width_px - 2.01);
+  const V4 last_v = set(view.image.height_px - 2.01);
+  for (int i = 0; i < points_; i += kLanes) {
+    const V4 px = hn::Add(hn::Load(d4, &flat_x_mm_[at(i)]), hn::Mul(z, hn::Load(d4, &flat_ray_x_[at(i)])));
+    const V4 py = hn::Add(hn::Load(d4, &flat_y_mm_[at(i)]), hn::Mul(z, hn::Load(d4, &flat_ray_y_[at(i)])));
+    V4 c[3];
+    for (int r = 0; r < 3; ++r) {
+      c[r] = hn::Add(hn::Add(hn::Mul(R[r][0], px), hn::Mul(R[r][1], py)), hn::Add(hn::Mul(R[r][2], z), t[r]));
+    }
+    const auto in_front = hn::Ge(c[2], nearest);
+    const V4 inverse = hn::Div(first, hn::IfThenElse(in_front, c[2], nearest));
+    V4 x = hn::Mul(c[0], inverse);
+    V4 y = hn::Mul(c[1], inverse);
+    HWY_NAMESPACE::distort(d4, view.camera, x, y);
+    const V4 u = hn::Add(hn::Mul(set(view.camera.fx_px), x), set(view.camera.cx_px));
+    const V4 v = hn::Add(hn::Mul(set(view.camera.fy_px), y), set(view.camera.cy_px));
+    const auto visible = hn::And(in_front, hn::And(hn::And(hn::Ge(u, first), hn::Le(u, last_u)),
+                                                   hn::And(hn::Ge(v, first), hn::Le(v, last_v))));
+    alignas(16) float at_u[kLanes];
+    alignas(16) float at_v[kLanes];
+    alignas(16) float seen[kLanes];
+    hn::Store(hn::IfThenElse(visible, u, first), d4, at_u);
+    hn::Store(hn::IfThenElse(visible, v, first), d4, at_v);
+    hn::Store(hn::IfThenElseZero(visible, first), d4, seen);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      ReliefSample& sample = samples[at(i + lane)];
+      sample.seen = is_target_[at(i + lane)] * static_cast<double>(seen[lane]);
+      sample_value(view.image, at_u[lane], at_v[lane], sample.value.data());
+    }
   }
 }
 
@@ -171,9 +222,15 @@ void Relief::fit_lights(const PhotoModel& model, int level) {
 
 void Relief::look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
                   const PhotoModel& model, const Points& z_mm, const Transform& T_H_M) {
-  sample(model, z_mm, {camera_at_level(rig.left, level), level_of(left, level)}, T_H_M, left_);
-  sample(model, z_mm, {camera_at_level(rig.right, level), level_of(right, level)}, T_H_M, right_);
+  sample(z_mm, {camera_at_level(rig.left, level), level_of(left, level)}, T_H_M, left_);
+  sample(z_mm, {camera_at_level(rig.right, level), level_of(right, level)}, T_H_M, right_);
   fit_lights(model, level);
+}
+
+void Relief::glance(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
+                    double z_mm, const Transform& T_H_M) {
+  sample_colours(z_mm, {camera_at_level(rig.left, level), level_of(left, level)}, T_H_M, left_);
+  sample_colours(z_mm, {camera_at_level(rig.right, level), level_of(right, level)}, T_H_M, right_);
 }
 
 double Relief::cost() const {
@@ -181,3 +238,4 @@ double Relief::cost() const {
 }
 
 }  // namespace vergence
+HWY_AFTER_NAMESPACE();

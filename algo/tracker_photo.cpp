@@ -131,11 +131,15 @@ Transform Tracker::refine_best_photo() {
 void Tracker::learn_relief(Transform& T_H_M) {
   if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
   const bool tracked = confidence_of(T_H_M) >= kFound;
-  if (tracked ? state_ != TrackState::kTracking : !alike(T_H_M, T_H_M_last_)) {
-    if (!tracked) relief_.drop();
+  const bool adopted = relief_.state() == ReliefState::kAdopted;
+  if (!tracked && adopted) {
+    if (relief_.is_young()) relief_.give_back(photo_);  // perhaps of something else
     return;
   }
-  if (!tracked && relief_.state() == ReliefState::kAdopted) return;
+  if (!tracked && !alike(T_H_M, T_H_M_last_)) {
+    relief_.drop();
+    return;
+  }
   if (!relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) return;
   Transform T_on_relief = T_H_M;
   relief_.adopt(photo_, T_on_relief);
@@ -153,14 +157,24 @@ void Tracker::assess_photo(const Transform& T_H_M) {
 }
 
 // What alignment says, and, as long as the model is flat, what a solid's depth may have done to it: the worse
-// left and right fit each other on the plane, the less flat the target.
+// left and right fit each other on the plane, the less flat the target. A young relief is not exact yet
+// either.
 Matrix6 Tracker::photo_covariance() const {
   constexpr double kSolidMisfit =
       0.5;  // of left with right, on the flat model of a solid of some centimetres
   constexpr double kSolid_mm[3] = {1, 1.5, 4};
   constexpr double kSolid_e = 0.03;
+  constexpr double kYoung_mm[3] = {0.3, 0.2, 1.2};  // what a relief of one frame leaves
+  constexpr double kYoung_e = 0.03;
   Matrix6 covariance = photo_alignment_.covariance;
-  if (relief_.state() == ReliefState::kAdopted) return covariance;
+  if (relief_.state() == ReliefState::kAdopted) {
+    if (!relief_.is_young()) return covariance;
+    for (int k = 0; k < 6; ++k) {
+      const double deviation = k < 3 ? kYoung_mm[k] : kYoung_e;
+      covariance(k, k) += deviation * deviation;
+    }
+    return covariance;
+  }
   const double misfit = photo_alignment_.pairing_cost[2] / kSolidMisfit;
   const double share = misfit * misfit * misfit * misfit;
   for (int k = 0; k < 6; ++k) {

@@ -79,8 +79,8 @@ TEST(ErrorRow, CountsTheFramesOfItsPartOnly) {
   learned.result.stage = Stage::kRelief;
   const std::vector<const Observation*> seen{&first, &lost, &learned};
   EXPECT_EQ(error_row("", seen, Part::kLocked).frames, 1U);
-  EXPECT_EQ(error_row("", seen, Part::kFlat).frames, 1U);
-  EXPECT_DOUBLE_EQ(error_row("", seen, Part::kFlat).rms_mm[0], 4);
+  EXPECT_EQ(error_row("", seen, Part::kEarly).frames, 1U);
+  EXPECT_DOUBLE_EQ(error_row("", seen, Part::kEarly).rms_mm[0], 4);
   EXPECT_DOUBLE_EQ(error_row("", seen, Part::kRelief).rms_mm[0], 1);
   EXPECT_EQ(error_row("", seen, Part::kLocked).seen, 3U);
   EXPECT_EQ(error_row("", seen, Part::kLocked).tracked, 2U);

@@ -34,8 +34,7 @@ bool counts(const Observation& seen, Part part) {
   if (!seen.tracking() || !seen.result.error) return false;
   switch (part) {
     case Part::kLocked: return seen.tracked_for >= 1;
-    case Part::kFlat:
-      return seen.found() && seen.result.stage != Stage::kRelief && seen.tracked_for < kLearned_frames;
+    case Part::kEarly: return seen.found() && seen.tracked_for < kLearned_frames;
     case Part::kRelief: return seen.tracked_for >= kLearned_frames;
   }
   return false;
@@ -73,7 +72,6 @@ ErrorReport error_report(const std::string& what, const std::vector<Case>& cases
     const auto some = of_case(seen, i);
     all.insert(all.end(), some.begin(), some.end());
     const ErrorRow row = error_row(cases[i].set.name, some, part);
-    if (row.frames == 0 && part == Part::kFlat) continue;  // relief from the first frame on
     report.rows.push_back(row);
     report.met.push_back(within(row, bounds));
   }

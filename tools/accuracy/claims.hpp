@@ -31,7 +31,8 @@ struct ErrorRow {
 // Which frames of a run count.
 enum class Part {
   kLocked,  // tracked, and in the frame before too
-  kFlat,    // of a photo-model: found, on the flat model still, cold frames included
+  kEarly,   // of a photo-model: found, tracked for less than a second, cold frames included: its relief is
+            // learned
   kRelief,  // tracked for a second or more: the relief is learned
 };
 inline constexpr int kLearned_frames = 30;

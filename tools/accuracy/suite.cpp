@@ -15,7 +15,7 @@ using Told = std::function<void(const char*, std::size_t, std::size_t)>;
 const ErrorBounds kMarkerBounds{{0.2, 0.2, 0.4}, 0.004, 2};
 const ErrorBounds kBarBounds{{0.3, 0.3, 0.7}, 0.004, 0};
 const ErrorBounds kReliefBounds{{0.2, 0.2, 0.9}, 0.006, 0};
-const ErrorBounds kFlatBounds{{1, 1, 4}};
+const ErrorBounds kEarlyBounds{{1, 1, 4}};
 constexpr double kColdMost_ms = 24;
 constexpr double kTrackMost_ms = 5;
 constexpr int kTimedFrames = 40;
@@ -165,7 +165,7 @@ SuiteResult run_suite(const SuiteOptions& options, const Told& progress) {
   }
   if (options.parts.photo) {
     add_errors("solid, tracked for a second or more", {kPhoto}, Part::kRelief, kReliefBounds);
-    add_errors("solid, before its relief is learned", {kPhoto, kColdPhoto}, Part::kFlat, kFlatBounds);
+    add_errors("solid, in its first second", {kPhoto, kColdPhoto}, Part::kEarly, kEarlyBounds);
   }
   if (options.parts.lock) {
     add_claims(cold_claims("marker found from nothing", cases, seen, kColdMarker));
