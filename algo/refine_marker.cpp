@@ -535,12 +535,17 @@ MarkerEvidence marker_evidence(const MarkerModel& model, const MarkerSight& left
 
 MarkerFit fit_marker(const MarkerModel& model, const MarkerSight& left, const MarkerSight& right,
                      const Transform& guess) {
-  const MarkerFit fit = assess(model, left, right, guess);
-  Transform T_H_M = guess;
-  approach_marker(model, left, right, T_H_M);
-  refine_marker_pose(model, left, right, T_H_M);
-  const MarkerFit moved = assess(model, left, right, T_H_M);
-  return moved.evidence.cost <= fit.evidence.cost ? moved : fit;
+  MarkerFit best = assess(model, left, right, guess);
+  // By hue first where the guess is far off; but the sliver of a ball that something hides leads hue astray, and a
+  // guess that was good is lost.
+  for (const bool from_far : {true, false}) {
+    Transform T_H_M = guess;
+    if (from_far) approach_marker(model, left, right, T_H_M);
+    refine_marker_pose(model, left, right, T_H_M);
+    const MarkerFit moved = assess(model, left, right, T_H_M);
+    if (moved.evidence.cost <= best.evidence.cost) best = moved;
+  }
+  return best;
 }
 
 void observe_light(const MarkerModel& model, const std::array<std::uint8_t, kMaxBalls>& configured,

@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
-# Errors on the twelve creatures, flat and with the learned relief: renders each, standing still, and tracks it. The
-# table of docs/relief.md. Takes some minutes.
+# Errors on the twelve creatures as their relief is learned: renders each, standing still, and tracks it. The table of
+# docs/relief.md. Takes some minutes.
 #
 #   tools/relief.sh [FRAMES]
 set -euo pipefail
 cd "$(dirname "$0")/.."
-frames=${1:-30}
+frames=${1:-40}
 vergence=build/release/bin/vergence
-echo "| target | flat: RMS x y z mm, e | learned: RMS x y z mm, e |"
-echo "|---|---|---|"
+echo "| target | flat, first frame: x y z mm, e | first frame | first second, RMS | last five frames, RMS |"
+echo "|---|---|---|---|---|"
 for code in C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12; do
   set="out/relief/$code"
   [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creatures.toml --target "$code" -o "$set" --frames "$frames" >/dev/null
+  flat=$("$vergence" estimate "$set" --no-progress --frames 0:1 --set-stage refined --json -)
   "$vergence" estimate "$set" --no-progress --json - | python3 -c '
 import json, math, sys
 rows = [json.loads(line) for line in sys.stdin]
@@ -20,5 +21,6 @@ def errors(part):
     if not part: return "not found"
     rms = lambda k: math.sqrt(sum(e[k] ** 2 for e in part) / len(part))
     return "%.2f %.2f %.2f, %.4f" % (rms("x_mm"), rms("y_mm"), rms("z_mm"), rms("e"))
-print("| '"$code"' | %s | %s |" % (errors(rows[:10]), errors(rows[-5:])))'
+flat = json.loads(sys.argv[1])
+print("| '"$code"' | %s | %s | %s | %s |" % (errors([flat]), errors(rows[:1]), errors(rows[:30]), errors(rows[-5:])))' "$flat"
 done
