@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "algo/rm_ga.hpp"
@@ -191,10 +192,12 @@ struct World {
 // A tracker on a world, driven frame by frame at 30 Hz with the hand standing still.
 class Bench {
  public:
-  explicit Bench(World world, std::uint64_t seed = 1, Method method = Method::kVergence)
+  explicit Bench(World world, std::uint64_t seed = 1, Method method = Method::kVergence,
+                 std::optional<Stage> last_stage = {})
       : world_(std::move(world)), tracker_(std::make_unique<Tracker>()) {
     TrackerSettings settings = default_settings(method, world_.kind);
     settings.seed = seed;
+    settings.last_stage = last_stage.value_or(settings.last_stage);
     settings.box = {{0, 0, 500, 0, 0, 0}, {100, 80, 150, 0.3, 0.3, 0.3}};
     if (world_.kind == TargetKind::kMarker) {
       const auto model = std::make_unique<MarkerModel>();

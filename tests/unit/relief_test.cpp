@@ -64,6 +64,33 @@ TEST(Relief, FindsTheDepthOfASolidAndTheBiasGoes) {
   }
 }
 
+TEST(Relief, IsUsedFromTheFrameTheTargetIsFoundInAndGoodSoonAfter) {
+  for (const double bowl_mm : {-14.0, 14.0}) {
+    Bench flat(world_with(bowl_mm), 1, Method::kVergence, Stage::kRefined);
+    const double biased_mm = error_mm(watch(flat, 1).front());
+    Bench bench(world_with(bowl_mm));
+    (void)watch(bench, 1);
+    EXPECT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted) << bowl_mm;
+    EXPECT_LT(error_mm(watch(bench, 4).back()), 0.5 * biased_mm) << bowl_mm;
+  }
+}
+
+// What it was learned from may have been something else.
+TEST(Relief, IsGivenBackWhereItIsYoungAndTheTargetGone) {
+  Bench bench(world_with(14));
+  const PhotoModel flat = bench.tracker().photo_model();
+  (void)watch(bench, 2);
+  ASSERT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted);
+  bench.world().present = false;
+  (void)watch(bench, 1);
+  EXPECT_EQ(bench.tracker().relief_state(), ReliefState::kFlat);
+  const PhotoModel& model = bench.tracker().photo_model();
+  EXPECT_EQ(model.x_mm, flat.x_mm);
+  EXPECT_EQ(model.y_mm, flat.y_mm);
+  EXPECT_EQ(model.z_mm, flat.z_mm);
+  EXPECT_EQ(model.weight, flat.weight);
+}
+
 TEST(Relief, LeavesAFlatCardFlat) {
   Bench bench(world_with(0));
   const auto estimates = watch(bench);
@@ -98,6 +125,7 @@ TEST(Relief, HasTheSameBitsOnEveryTarget) {
     if (first == 0) first = hash;
     EXPECT_EQ(hash, first);
   });
+  EXPECT_EQ(first, 0xA25693D18C2407E8ULL) << "the same on every processor";
 }
 
 }  // namespace
