@@ -536,8 +536,8 @@ MarkerEvidence marker_evidence(const MarkerModel& model, const MarkerSight& left
 MarkerFit fit_marker(const MarkerModel& model, const MarkerSight& left, const MarkerSight& right,
                      const Transform& guess) {
   MarkerFit best = assess(model, left, right, guess);
-  // By hue first where the guess is far off; but the sliver of a ball that something hides leads hue astray, and a
-  // guess that was good is lost.
+  // By hue first where the guess is far off; but the sliver of a ball that something hides leads hue astray,
+  // and a guess that was good is lost.
   for (const bool from_far : {true, false}) {
     Transform T_H_M = guess;
     if (from_far) approach_marker(model, left, right, T_H_M);
