@@ -93,8 +93,9 @@ TargetState predict(const TargetState& from, double t_s, const TargetMotionOptio
   return to;
 }
 
-// Rounding must not build up: a step of Newton towards the nearest rotation squares what is missing to one. It is as
-// good for every attitude, where a quaternion's fourth part, taken from the other three, is lost near half a turn.
+// Rounding must not build up: a step of Newton towards the nearest rotation squares what is missing to one.
+// It is as good for every attitude, where a quaternion's fourth part, taken from the other three, is lost
+// near half a turn.
 Matrix3 exact(const Matrix3& R) {
   return 0.5 * (R * (3 * Matrix3::Identity() - R.transpose() * R));
 }
