@@ -22,7 +22,7 @@ constexpr int kHalfSteps = 6;   // at half resolution
 // better.
 constexpr int kYoungFrames = 6;
 constexpr int kBetterInARow = 3;
-constexpr double kFirstBetter = 0.75;    // of the cost of the flat model, on the frame it was learned from
+constexpr double kFirstBetter = 0.78;    // of the cost of the flat model, on the frame it was learned from
 constexpr double kFirstGain = 0.25;      // of the cost, there
 constexpr double kClearlyBetter = 0.85;  // of the cost of the flat model, on frames it was not learned from
 constexpr double kLeastGain = 0.2;       // of the cost, where 3 is no likeness at all

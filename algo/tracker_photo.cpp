@@ -84,7 +84,25 @@ Transform Tracker::refine_best_photo() {
   const auto cost = [this](const RefinePass& pass, const Transform& T) {
     return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
   };
-  if (!following_) {
+  // Which of a pose and its mirror image it is, alignment tells; at which place, correlation: alignment costs
+  // least where there is nothing to be told.
+  std::int64_t best_score = INT64_MIN;
+  const auto consider = [&](const Transform& guess) {
+    const std::int64_t guess_score = score(guess, Measure::kJudge);
+    if (guess_score > best_score) {
+      best_score = guess_score;
+      T_H_M = guess;
+    }
+  };
+  if (following_) {
+    // The fittest, and where it was: a target that turns off or stops is not where it was expected.
+    const Transform fittest = T_H_M;
+    consider(fittest);
+    for (Transform guess : {fittest, T_H_M_last_}) {
+      refine(kCoarsePass, guess);
+      consider(guess);
+    }
+  } else {
     // The fittest and the fittest of those elsewhere, each with its mirror image; and where it was followed
     // to.
     Pose other = best;
@@ -92,16 +110,6 @@ Transform Tracker::refine_best_photo() {
       const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
       if (distinct(pose, best)) other = pose;
     }
-    // Which of a pose and its mirror image it is, alignment tells; at which place, correlation: alignment
-    // costs least where there is nothing to be told.
-    std::int64_t best_score = INT64_MIN;
-    const auto consider = [&](const Transform& guess) {
-      const std::int64_t guess_score = score(guess, Measure::kJudge);
-      if (guess_score > best_score) {
-        best_score = guess_score;
-        T_H_M = guess;
-      }
-    };
     for (const Pose& pose : {best, other}) {
       Transform guess = to_transform(pose);
       Transform mirrored = mirrored_tilt(guess);
