@@ -16,10 +16,10 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr int kLanes = 4;
+inline constexpr int kLanes = 4;
 using D4 = hn::FixedTag<float, kLanes>;
 using V4 = hn::Vec<D4>;
-constexpr D4 d4;
+inline constexpr D4 d4;
 
 HWY_INLINE V4 set(double value) {
   return hn::Set(d4, static_cast<float>(value));

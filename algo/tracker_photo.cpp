@@ -96,7 +96,7 @@ Transform Tracker::refine_best_photo() {
   };
   if (following_) {
     // The fittest, and where it was: a target that turns off or stops is not where it was expected.
-    const Transform fittest = T_H_M;
+    const Transform fittest = to_transform(best);
     consider(fittest);
     for (Transform guess : {fittest, T_H_M_last_}) {
       refine(kCoarsePass, guess);
