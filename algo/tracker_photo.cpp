@@ -145,6 +145,8 @@ void Tracker::learn_relief(Transform& T_H_M) {
     return;
   }
   if (!tracked && !alike(T_H_M, T_H_M_last_)) {
+    // Nothing to learn; the same work all the same.
+    (void)relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M);
     relief_.drop();
     return;
   }
