@@ -7,7 +7,6 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 
 #include "algo/colour_sampling-inl.hpp"
 #include "algo/pose_covariance.hpp"

@@ -7,8 +7,8 @@
 // colours that refinement uses, so that a relief and the tilt that would explain it nearly as well are told
 // apart.
 //
-// A relief is adopted only where it explains frames it has not learned from clearly better than the model in
-// use: never worse than flat.
+// A first relief is adopted in the frame it was learned from where it explains that far better than the flat
+// model does, a later one where it explains frames it has not learned from clearly better.
 #pragma once
 
 #include <array>
