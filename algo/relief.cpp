@@ -19,8 +19,9 @@ constexpr std::array<double, kFirstTries> kAside_mm = {0, -2.5, 2.5, 0};
 constexpr int kFirstSteps = 6;  // of Gauss-Newton, in the first frame
 constexpr int kHalfSteps = 6;   // at half resolution
 // A relief in use is young until here: it takes the place of the one before wherever that explains a frame
-// better.
+// better, and is learned from nothing again at the better pose.
 constexpr int kYoungFrames = 6;
+constexpr double kAnewBetter = 0.95;  // of the cost: then what was learned anew takes the place
 constexpr int kBetterInARow = 3;
 constexpr double kFirstBetter = 0.78;    // of the cost of the flat model, on the frame it was learned from
 constexpr double kFirstGain = 0.25;      // of the cost, there
@@ -206,7 +207,7 @@ void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const Colour
   if (!is_last) return;
   for (auto& costs : sweep_) average(costs);
   average(kept_);
-  const double jump = frames_ == 0 ? 1 : kJump;  // flat, where nothing tells
+  const double jump = is_anew_ ? 1 : kJump;  // flat, where nothing tells
   for (int i = 0; i < points_; ++i) {
     int best = kFlatHypothesis;
     for (int h = 0; h < kReliefHypotheses; ++h) {
@@ -257,6 +258,37 @@ void Relief::improve(const StereoRig& rig, const ColourPyramid& left, const Colo
   }
 }
 
+// From nothing, near the pose T_H_C, which follows: depths tried one by one, then Gauss-Newton. Returns the
+// cost.
+double Relief::learn_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                          const PhotoModel& model, Transform& T_H_C) {
+  forget_depths();
+  is_anew_ = true;
+  sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);
+  T_H_C = T_H_C * take_plane_out();
+  improve(rig, left, right, kReliefFirstLevel, model, kFirstSteps, 1, T_H_C);
+  is_anew_ = false;
+  look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);
+  return cost();
+}
+
+// What was learned at the flat model's pose has the tilt in it that the flat model was wrong by, and
+// improving it does not always lose that. From where it is now a first relief may come out better.
+void Relief::try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                      const PhotoModel& model, Transform& T_H_C) {
+  look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);
+  const double before = cost();
+  before_z_mm_ = z_mm_;
+  before_known_ = known_;
+  Transform T_anew = T_H_C;
+  if (learn_anew(rig, left, right, model, T_anew) < kAnewBetter * before) {
+    T_H_C = T_anew;
+  } else {
+    z_mm_ = before_z_mm_;
+    known_ = before_known_;
+  }
+}
+
 double Relief::cost_in_use(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                            int level, const PhotoModel& model, const Transform& T_H_M) {
   Points& in_use = product_;
@@ -278,11 +310,7 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
   Transform T_H_C = T_H_M * T_M_C_;
   if (frames_ == 0) {
     T_H_C = T_H_C * Transform{Matrix3::Identity(), {kAside_mm[at(tries_)], 0, 0}};
-    sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);
-    T_H_C = T_H_C * take_plane_out();
-    improve(rig, left, right, kReliefFirstLevel, model, kFirstSteps, 1, T_H_C);
-    look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);
-    const double learned = cost();
+    const double learned = learn_anew(rig, left, right, model, T_H_C);
     const double in_use = cost_in_use(rig, left, right, kReliefFirstLevel, model, T_H_M);
     T_M_C_ = T_H_M.inverse() * T_H_C;
     const bool good =
@@ -315,6 +343,7 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
   const bool better = (learned < limit * in_use) & (adopted | (in_use - learned > kLeastGain));
   better_ = better ? better_ + 1 : 0;
 
+  if (is_young()) try_anew(rig, left, right, model, T_H_C);
   improve(rig, left, right, level, model, half ? kHalfSteps : 1, half ? 1 : kShare, T_H_C);
   if (half) {
     sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);

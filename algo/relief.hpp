@@ -99,6 +99,10 @@ class Relief {
              const PhotoModel& model, const Transform& T_H_C, int first, int count);
   void improve(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
                const PhotoModel& model, int steps, double share, Transform& T_H_C);
+  [[nodiscard]] double learn_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                                  const PhotoModel& model, Transform& T_H_C);
+  void try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                const PhotoModel& model, Transform& T_H_C);
   [[nodiscard]] double cost_in_use(const StereoRig& rig, const ColourPyramid& left,
                                    const ColourPyramid& right, int level, const PhotoModel& model,
                                    const Transform& T_H_M);
@@ -129,6 +133,9 @@ class Relief {
   ReliefState state_ = ReliefState::kFlat;
   int frames_ = 0;
   int tries_ = 0;
+  bool is_anew_ = false;  // within learn_anew()
+  Points before_z_mm_{};  // and before it
+  Points before_known_{};
   int better_ = 0;  // frames in a row that the candidate explained better before it learned from them
 
   // The frame.

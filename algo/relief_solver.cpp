@@ -7,9 +7,9 @@
 namespace vergence {
 namespace {
 
-constexpr double kEarlyTrend_rad = 0.03;  // instead of kTrend_rad, in the first frame
+constexpr double kEarlyTrend_rad = 0.03;  // instead of kTrend_rad, from nothing
 constexpr int kConjugateSteps = 24;
-constexpr int kFirstConjugateSteps = 12;  // in the first frame
+constexpr int kFirstConjugateSteps = 12;  // from nothing
 
 constexpr double kLeftRight = 0.5;  // weight of the third pairing: it repeats what the first two say
 
@@ -113,7 +113,7 @@ void Relief::add_priors() {
   const double n = target_points_ > 1 ? target_points_ : 1;
   // (mean z / sigma)^2 = (sum z)^2 / (n sigma)^2; the slope sum(z x) / sum(x x) likewise.
   mean_bond_ = 1 / (n * n * kMeanError_mm * kMeanError_mm);
-  const double trend_rad = frames_ == 0 ? kEarlyTrend_rad : kTrend_rad;
+  const double trend_rad = is_anew_ ? kEarlyTrend_rad : kTrend_rad;
   trend_bond_x_ = 1 / ((xx + 1) * (xx + 1) * trend_rad * trend_rad);
   trend_bond_y_ = 1 / ((yy + 1) * (yy + 1) * trend_rad * trend_rad);
   for (int i = 0; i < points_; ++i) {
@@ -188,7 +188,7 @@ Vector6 Relief::solve_jointly() {
     direction_[at(i)] = scale[at(i)] * residual_[at(i)];
     old += residual_[at(i)] * direction_[at(i)];
   }
-  const int steps = frames_ == 0 ? kFirstConjugateSteps : kConjugateSteps;
+  const int steps = is_anew_ ? kFirstConjugateSteps : kConjugateSteps;
   for (int step = 0; step < steps; ++step) {
     Vector6 product_pose;
     multiply(direction_pose, direction_, product_pose, product_);

@@ -17,6 +17,11 @@ constexpr RefinePass kCoarsePass{2, 200, 8};
 constexpr RefinePass kMiddlePass{1, 400, 6};
 constexpr RefinePass kFinePass{0, 1000, 6};
 
+// Tilts of what was found that are tried as well: alignment may have settled at a wrong one.
+constexpr double kTilt_e = 0.15;
+constexpr std::array<std::array<double, 2>, 4> kTilts{
+    {{kTilt_e, 0}, {-kTilt_e, 0}, {0, kTilt_e}, {0, -kTilt_e}}};
+
 constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
 
 // A flat target looks nearly the same when its tilt is mirrored on the line of sight (Necker's reversal):
@@ -103,8 +108,8 @@ Transform Tracker::refine_best_photo() {
       consider(guess);
     }
   } else {
-    // The fittest and the fittest of those elsewhere, each with its mirror image; and where it was followed
-    // to.
+    // The fittest and the fittest of those elsewhere, each with its mirror image; the best of these, tilted;
+    // and where it was followed to.
     Pose other = best;
     for (int i = kPopulation - 1; i > 0; --i) {
       const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
@@ -116,6 +121,12 @@ Transform Tracker::refine_best_photo() {
       refine(kCoarsePass, guess);
       refine(kCoarsePass, mirrored);
       consider(cost(kMiddlePass, mirrored) < cost(kMiddlePass, guess) ? mirrored : guess);
+    }
+    const Transform found = T_H_M;
+    for (const auto& [e1, e2] : kTilts) {
+      Transform guess = found * Transform{rotation_from_quaternion_vector({e1, e2, 0}), Vector3::Zero()};
+      refine(kCoarsePass, guess);
+      consider(guess);
     }
     if (rescuing_) {
       Transform followed = rescue_pose_;
