@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "algo/pose.hpp"
 
@@ -33,8 +34,14 @@ namespace vergence::render {
 // Smooth noise in [-1, 1] with features of size one; `period` > 0 repeats it over that many cells of x and y.
 [[nodiscard]] double value_noise(const Vector3& p, std::uint64_t seed, int period = 0);
 
+// The same at points of one z, as many as `out` holds. Neighbours in one cell share the work on it.
+void value_noise(std::span<const double> xs, std::span<const double> ys, double z, std::uint64_t seed,
+                 int period, std::span<double> out);
+
 // `octaves` of it, each of half the size and half the strength; in [-1, 1].
 [[nodiscard]] double fractal_noise(const Vector3& p, std::uint64_t seed, int octaves, int period = 0);
+void fractal_noise(std::span<const double> xs, std::span<const double> ys, double z, std::uint64_t seed,
+                   int octaves, int period, std::span<double> out);
 
 // Distance to the nearest of points scattered one to a cell of size one.
 [[nodiscard]] double nearest_point_distance(const Vector3& p, std::uint64_t seed);
