@@ -20,6 +20,12 @@ Rgb& texel(std::vector<Rgb>& texture, int x, int y) {
                  static_cast<std::size_t>(x & (kSize - 1))];
 }
 
+// As for Rgb.
+template <typename Texel>
+Texel mix(const Texel& a, const Texel& b, float t) {
+  return a * (1 - t) + b * t;
+}
+
 }  // namespace
 
 Backdrop::Backdrop(const BackdropOptions& options)
@@ -60,7 +66,7 @@ void Backdrop::keep(const std::vector<Rgb>& picture) {
   for (std::size_t y = 0; y < kRow; ++y) {
     for (std::size_t x = 0; x < kRow; ++x) {
       const Rgb& c = picture[(y % kSize) * kSize + x % kSize];
-      texture_[y * kRow + x] = {c.r, c.g, c.b, 0};
+      texture_[y * kRow + x] = Texel{c.r, c.g, c.b, 0};
     }
   }
 }
@@ -133,11 +139,7 @@ void Backdrop::along(const Vector3& from_mm, const Rays& directions, std::span<R
   for (std::size_t i = 0; i < count; ++i) {
     const Texel* upper = &texture_[static_cast<std::size_t>(at[i])];
     const Texel* lower = upper + kRow;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const float above = upper[0][k] * (1 - fx[i]) + upper[1][k] * fx[i];
-      const float below = lower[0][k] * (1 - fx[i]) + lower[1][k] * fx[i];
-      colours[i][k] = above * (1 - fy[i]) + below * fy[i];
-    }
+    colours[i] = mix(mix(upper[0], upper[1], fx[i]), mix(lower[0], lower[1], fx[i]), fy[i]);
   }
   for (std::size_t i = 0; i < count; ++i) {
     out[i] = meets[i] ? Rgb{colours[i][0], colours[i][1], colours[i][2]} : plain_;

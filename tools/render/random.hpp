@@ -25,10 +25,18 @@ namespace vergence::render {
   return static_cast<double>(hash(seed, index) >> 11) * 0x1.0p-53;
 }
 
-// Near-normal, zero mean, variance one (the sum of four uniforms; never beyond 3.5).
+// The sum of four uniforms of 16 bits, as a whole number.
+[[nodiscard]] constexpr std::int32_t sum_of_four(std::uint64_t bits) {
+  constexpr std::uint64_t kEveryOther = 0x0000ffff0000ffffULL;
+  const std::uint64_t two = (bits & kEveryOther) + (bits >> 16 & kEveryOther);
+  return static_cast<std::int32_t>((two & 0xffffffff) + (two >> 32));
+}
+// Of it: near-normal, zero mean, variance one, never beyond 3.5.
+[[nodiscard]] inline float normal_of(std::int32_t sum) {
+  return static_cast<float>(sum - 131070) * (1.7320508F / 65536.0F);
+}
 [[nodiscard]] inline float normal(std::uint64_t bits) {
-  const auto part = [&](int shift) { return static_cast<float>((bits >> shift) & 0xffff); };
-  return (part(0) + part(16) + part(32) + part(48) - 131070.0F) * (1.7320508F / 65536.0F);
+  return normal_of(sum_of_four(bits));
 }
 
 // Smooth noise in [-1, 1] with features of size one; `period` > 0 repeats it over that many cells of x and y.

@@ -1,5 +1,7 @@
 #include "tools/render/sample_grid.hpp"
 
+#include <bit>
+
 namespace vergence::render {
 namespace {
 
@@ -7,6 +9,9 @@ struct Offset {
   double x;
   double y;
 };
+
+// Of the spans samples are tried in, px or rows: more than rounding can do.
+constexpr double kSlack = 1e-3;
 
 // In sixteenths of a pixel from its centre.
 constexpr std::array<Offset, 4> kRotatedGrid{{{-2, -6}, {6, -2}, {-6, 2}, {2, 6}}};
@@ -53,12 +58,24 @@ void SampleGrid::start(int x0, int y0, int x1, int y1, Sampling sampling) {
   y0_ = y0;
   x1_ = std::max(x0, x1);
   y1_ = std::max(y0, y1);
+  low_x_ = x0_ - 1;
+  low_y_ = y0_ - 1;
+  high_x_ = x1_;
+  high_y_ = y1_;
   const std::vector<Offset> chosen = offsets(sampling);
-  rows_.clear();
-  for (std::size_t k = 0; k < chosen.size(); ++k) rows_.push_back({chosen[k].x, chosen[k].y, k});
-  std::sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.y < b.y; });
+  samples_ = chosen.size();
+  shift_ = std::countr_zero(samples_);
+  for (std::size_t k = 0; k < samples_; ++k) {
+    const Offset& o = chosen[k];
+    rows_[k] = {o.x, o.y, 1 - kSlack - o.x, kSlack - o.x, k};
+  }
+  std::sort(rows_.begin(), rows_.begin() + samples_, [](const Row& a, const Row& b) { return a.y < b.y; });
+  const double middle = (static_cast<double>(samples_) - 1) / 2;
+  to_first_row_ = middle + 1 - kSlack;
+  to_last_row_ = middle + kSlack;
   const auto height = static_cast<std::size_t>(y1_ - y0_);
-  const std::size_t size = static_cast<std::size_t>(x1_ - x0_) * height * rows_.size();
+  stride_ = static_cast<std::size_t>(x1_ - x0_) * samples_;
+  const std::size_t size = stride_ * height;
   if (inverse_depth_.size() < size) {
     inverse_depth_.resize(size);
     seen_.resize(size);
@@ -67,7 +84,7 @@ void SampleGrid::start(int x0, int y0, int x1, int y1, Sampling sampling) {
 }
 
 void SampleGrid::resolve(LinearImage& image, Visibility* visibility) {
-  const std::size_t n = rows_.size();
+  const std::size_t n = samples_;
   const float share = 1 / static_cast<float>(n);
   for (int y = y0_; y < y1_; ++y) {
     const Span& drawn = drawn_[static_cast<std::size_t>(y - y0_)];

@@ -52,28 +52,39 @@ class SampleGrid {
     Rgb colour;
     bool target = false;
   };
-  // Every pattern has one sample in each of as many rows as it has samples, evenly spaced: its place from the
-  // pixel's centre, and which of the pattern it is.
+  // Every pattern has one sample in each of as many rows as it has samples, evenly spaced.
   struct Row {
-    double x;
+    double x;  // from the pixel's centre
     double y;
-    std::size_t sample;
+    // What to add to the ends of a span, so that whole numbers below are the pixels whose sample may be in it.
+    double to_first;
+    double to_last;
+    std::size_t sample;  // which of the pattern
   };
+  static constexpr std::size_t kMost = 16;
 
   static double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
   static int floor_of(double v) { return static_cast<int>(std::floor(v)); }
-  static int ceil_of(double v) { return static_cast<int>(std::ceil(v)); }
   [[nodiscard]] std::size_t index(int x, int y) const {
-    return (static_cast<std::size_t>(y - y0_) * static_cast<std::size_t>(x1_ - x0_) +
-            static_cast<std::size_t>(x - x0_)) *
-           rows_.size();
+    return static_cast<std::size_t>(y - y0_) * stride_ + (static_cast<std::size_t>(x - x0_) << shift_);
   }
 
   int x0_ = 0;
   int y0_ = 0;
   int x1_ = 0;
   int y1_ = 0;
-  std::vector<Row> rows_;  // from top to bottom
+  // Beyond these nothing is on the grid, and numbers stay small.
+  double low_x_ = 0;
+  double low_y_ = 0;
+  double high_x_ = 0;
+  double high_y_ = 0;
+  std::size_t stride_ = 0;   // samples of a row of pixels
+  std::size_t samples_ = 4;  // of a pixel
+  int shift_ = 2;            // two to the power of it are `samples_`
+  std::array<Row, kMost> rows_{};  // from top to bottom
+  // As `to_first` and `to_last`, of rows.
+  double to_first_row_ = 0;
+  double to_last_row_ = 0;
   // Pixel by pixel. The depth is apart, as most triangles end there; between pictures it is 0 throughout.
   std::vector<float> inverse_depth_;
   std::vector<Seen> seen_;
@@ -93,24 +104,30 @@ void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool tar
   const double right = std::max(std::max(a.uv_px[0], b.uv_px[0]), c.uv_px[0]);
   const double top = std::min(std::min(a.uv_px[1], b.uv_px[1]), c.uv_px[1]);
   const double bottom = std::max(std::max(a.uv_px[1], b.uv_px[1]), c.uv_px[1]);
-  if (right < x0_ - 1 || left > x1_ || bottom < y0_ - 1 || top > y1_) return;
-  const int from_x = std::max(x0_, floor_of(left + 0.5));
-  const int to_x = std::min(x1_ - 1, floor_of(right + 0.5));
-  const int from_y = std::max(y0_, floor_of(top + 0.5));
-  const int to_y = std::min(y1_ - 1, floor_of(bottom + 0.5));
+  if (right < low_x_ || left > high_x_ || bottom < low_y_ || top > high_y_) return;
 
   // Rounding moves the edges of a sound triangle by less than 1e-6 px, and its depths by less than 1e-6 of
-  // them. Of a sliver nothing is taken for granted: every sample of these pixels is tried.
+  // them: samples further off need not be tried. Of a sliver nothing is taken for granted.
   const double size = right - left + bottom - top + 2;
   const bool sound = size * size * size < 1e9 * std::abs(area);
-  const double slack = sound ? 1e-4 : 2;  // px
-  const auto n = static_cast<int>(rows_.size());
-  const double middle = (n - 1) / 2.0;
-  const int from_row = std::max(n * from_y, ceil_of(n * (std::max(top, from_y - 1.0) - slack) + middle));
-  const int to_row =
-      std::min(n * to_y + n - 1, floor_of(n * (std::min(bottom, to_y + 1.0) + slack) + middle));
-  const double first_x = std::max(left, from_x - 1.0) - slack;
-  const double last_x = std::min(right, to_x + 1.0) + slack;
+  const auto n = static_cast<int>(samples_);
+  int min_x = x0_;
+  int max_x = x1_ - 1;
+  int from_row = n * y0_;
+  int to_row = n * y1_ - 1;
+  double first_x = std::max(left, low_x_);
+  double last_x = std::min(right, high_x_);
+  if (sound) {
+    from_row = std::max(from_row, static_cast<int>(n * std::max(top, low_y_) + to_first_row_));
+    to_row = std::min(to_row, static_cast<int>(n * std::min(bottom, high_y_) + to_last_row_));
+  } else {
+    min_x = std::max(min_x, floor_of(left + 0.5));
+    max_x = std::min(max_x, floor_of(right + 0.5));
+    from_row = std::max(from_row, n * floor_of(top + 0.5));
+    to_row = std::min(to_row, n * floor_of(bottom + 0.5) + n - 1);
+    first_x = min_x - 1.0;
+    last_x = max_x + 1.0;
+  }
 
   const double scale = 1 / area;
   const Vector2 bc = c.uv_px - b.uv_px;
@@ -120,21 +137,19 @@ void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool tar
                                  (1 + 1e-5))
             : std::numeric_limits<float>::infinity();
   const Rgb* corner_colours[3] = {};
-  int y = from_row / n;
-  auto row = rows_.begin() + from_row % n;
   for (int i = from_row; i <= to_row; ++i) {
-    const int row_from = std::max(from_x, ceil_of(first_x - row->x));
-    const int row_to = std::min(to_x, floor_of(last_x - row->x));
-    if (row_from <= row_to) {
-      const double py = y + row->y;
-      const double wa_y = bc[0] * (py - b.uv_px[1]);
-      const double wb_y = ca[0] * (py - c.uv_px[1]);
-      std::size_t at = index(row_from, y) + row->sample;
-      for (int x = row_from; x <= row_to; ++x, at += rows_.size()) {
-        if (nearest <= inverse_depth_[at]) continue;
-        const double px = x + row->x;
-        const double wa = (wa_y - bc[1] * (px - b.uv_px[0])) * scale;
-        const double wb = (wb_y - ca[1] * (px - c.uv_px[0])) * scale;
+    const Row& row = rows_[static_cast<std::size_t>(i) & (samples_ - 1)];
+    const int row_from = std::max(min_x, static_cast<int>(first_x + row.to_first));
+    const int row_to = std::min(max_x, static_cast<int>(last_x + row.to_last));
+    if (row_from > row_to) continue;
+    const int y = i >> shift_;
+    std::size_t at = index(row_from, y) + row.sample;
+    for (int x = row_from; x <= row_to; ++x, at += samples_) {
+      if (nearest <= inverse_depth_[at]) continue;
+      const double py = y + row.y;
+        const double px = x + row.x;
+        const double wa = (bc[0] * (py - b.uv_px[1]) - bc[1] * (px - b.uv_px[0])) * scale;
+        const double wb = (ca[0] * (py - c.uv_px[1]) - ca[1] * (px - c.uv_px[0])) * scale;
         const double wc = 1 - wa - wb;
         if (!((wa >= 0) & (wb >= 0) & (wc >= 0))) continue;
         const auto depth =
@@ -151,11 +166,6 @@ void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool tar
         Span& drawn = drawn_[static_cast<std::size_t>(y - y0_)];
         drawn = {std::min(drawn.from, x), std::max(drawn.to, x + 1)};
       }
-    }
-    if (++row == rows_.end()) {
-      row = rows_.begin();
-      ++y;
-    }
   }
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "tools/render/random.hpp"
@@ -15,27 +14,51 @@ constexpr double kReferenceLux = 500;
 constexpr int kCurveSteps = 4096;
 constexpr std::size_t kChannels = 3;
 
+struct Step {
+  float from;
+  float rise;
+};
+
 // Grey levels of linear light in [0, 1].
-const std::array<float, kCurveSteps + 2>& tone_curve() {
+const std::array<Step, kCurveSteps + 1>& tone_curve() {
   static const auto curve = [] {
-    std::array<float, kCurveSteps + 2> table{};
-    for (int i = 0; i < kCurveSteps + 2; ++i) {
-      table[static_cast<std::size_t>(i)] =
-          255 * encode_srgb(std::min(1.0F, static_cast<float>(i) / kCurveSteps));
-    }
+    const auto level = [](std::size_t i) {
+      return 255 * encode_srgb(std::min(1.0F, static_cast<float>(i) / kCurveSteps));
+    };
+    std::array<Step, kCurveSteps + 1> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = {level(i), level(i + 1) - level(i)};
     return table;
   }();
   return curve;
 }
 
-// `linear` is used up.
-void to_bytes(std::span<float> linear, std::uint8_t* out) {
+// Room for a row of pixels on its way to bytes.
+struct Row {
+  explicit Row(std::size_t size) : linear(size), noise(size), whole(size), part(size), from(size), rise(size) {}
+  std::vector<float> linear;
+  std::vector<std::int32_t> noise;
+  // On the tone curve: the step, how far through it, where it starts and how much it rises.
+  std::vector<std::int32_t> whole;
+  std::vector<float> part;
+  std::vector<float> from;
+  std::vector<float> rise;
+};
+
+void to_bytes(Row& row, std::uint8_t* out) {
   const auto& curve = tone_curve();
-  for (float& v : linear) v = std::clamp(v, 0.0F, 1.0F) * kCurveSteps;
-  for (std::size_t k = 0; k < linear.size(); ++k) {
-    const auto i = static_cast<std::int32_t>(linear[k]);
-    const float* step = &curve[static_cast<std::size_t>(i)];
-    const float level = step[0] + (linear[k] - static_cast<float>(i)) * (step[1] - step[0]);
+  const std::size_t size = row.linear.size();
+  for (std::size_t k = 0; k < size; ++k) {
+    const float x = std::clamp(row.linear[k], 0.0F, 1.0F) * kCurveSteps;
+    row.whole[k] = static_cast<std::int32_t>(x);
+    row.part[k] = x - static_cast<float>(row.whole[k]);
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    const Step& step = curve[static_cast<std::size_t>(row.whole[k])];
+    row.from[k] = step.from;
+    row.rise[k] = step.rise;
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    const float level = row.from[k] + row.part[k] * row.rise[k];
     out[k] = static_cast<std::uint8_t>(static_cast<std::int32_t>(std::clamp(level + 0.5F, 0.0F, 255.0F)));
   }
 }
@@ -104,8 +127,8 @@ void develop(LinearImage& image, const SensorOptions& options, const Light& ligh
   const std::uint64_t key = hash(seed);
 
   const auto width = static_cast<std::size_t>(image.width_px);
-  std::vector<float> channels(kChannels * width);
-  std::vector<float> noise(kChannels * width);
+  Row numbers_of_row(kChannels * width);
+  std::vector<float>& channels = numbers_of_row.linear;
   for (int y = 0; y < image.height_px; ++y) {
     const Rgb* row = &image.at(0, y);
     for (std::size_t i = 0; i < width; ++i) {
@@ -120,13 +143,14 @@ void develop(LinearImage& image, const SensorOptions& options, const Light& ligh
     }
     if (options.noise) {
       const std::uint64_t first = key + kChannels * image.index(0, y);
-      for (std::size_t k = 0; k < noise.size(); ++k) noise[k] = normal(hash(first + k));
+      std::vector<std::int32_t>& noise = numbers_of_row.noise;
+      for (std::size_t k = 0; k < noise.size(); ++k) noise[k] = sum_of_four(hash(first + k));
       for (std::size_t k = 0; k < noise.size(); ++k) {
         const float e = std::max(0.0F, channels[k]) * electrons;
-        channels[k] += std::sqrt(e + read) / electrons * noise[k];
+        channels[k] += std::sqrt(e + read) / electrons * normal_of(noise[k]);
       }
     }
-    to_bytes(channels, out.at(0, y));
+    to_bytes(numbers_of_row, out.at(0, y));
   }
 }
 
