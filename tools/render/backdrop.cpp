@@ -127,7 +127,7 @@ void Backdrop::along(const Vector3& from_mm, const Rays& directions, std::span<R
     const double scale = way / directions.z[i];
     const double u = (from_mm[0] + scale * directions.x[i]) / kTexel_mm + kSize / 2.0;
     const double v = (from_mm[1] + scale * directions.y[i]) / kTexel_mm + kSize / 2.0;
-    meets[i] = (directions.z[i] > 1e-6) & (std::abs(u) <= 1e6) & (std::abs(v) <= 1e6);
+    meets[i] = directions.z[i] > 1e-6 && std::abs(u) <= 1e6 && std::abs(v) <= 1e6;
     const double left = std::floor(meets[i] ? u : 0);
     const double top = std::floor(meets[i] ? v : 0);
     at[i] = (static_cast<std::int32_t>(top) & (kSize - 1)) * static_cast<std::int32_t>(kRow) +
@@ -174,8 +174,7 @@ void glint(const Water& water, const Vector3& from_mm, const Rays& directions, d
   value_noise(finer_x, finer_y, 1.7 * z + 1, 78, 0, std::span(b).first(count));
   for (std::size_t i = 0; i < count; ++i) {
     const double crests = (1 - std::abs(a[i])) * (1 - std::abs(b[i]));
-    const auto light =
-        static_cast<float>(water.strength * smooth_step(1 - 0.6 * water.coverage, 1, crests));
+    const auto light = static_cast<float>(water.strength * smooth_step(1 - 0.6 * water.coverage, 1, crests));
     out[i] = directions.z[i] > 1e-6 ? light : 0;
   }
 }

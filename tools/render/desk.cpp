@@ -6,25 +6,34 @@
 namespace vergence::render {
 namespace {
 
-std::mutex mutex;
-std::vector<std::unique_ptr<Desk>> free_desks;
+struct FreeDesks {
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Desk>> desks;
+};
+
+FreeDesks& free_desks() {
+  static FreeDesks all;
+  return all;
+}
 
 }  // namespace
 
 DeskLoan::DeskLoan() {
+  FreeDesks& free = free_desks();
   {
-    const std::scoped_lock lock(mutex);
-    if (!free_desks.empty()) {
-      desk_ = std::move(free_desks.back());
-      free_desks.pop_back();
+    const std::scoped_lock lock(free.mutex);
+    if (!free.desks.empty()) {
+      desk_ = std::move(free.desks.back());
+      free.desks.pop_back();
     }
   }
   if (!desk_) desk_ = std::make_unique<Desk>();
 }
 
 DeskLoan::~DeskLoan() {
-  const std::scoped_lock lock(mutex);
-  free_desks.push_back(std::move(desk_));
+  FreeDesks& free = free_desks();
+  const std::scoped_lock lock(free.mutex);
+  free.desks.push_back(std::move(desk_));
 }
 
 }  // namespace vergence::render

@@ -38,9 +38,8 @@ struct Along {
 std::array<double, 8> cell_corners(int x, int y, int z, std::uint64_t seed, int period) {
   std::array<double, 8> values;
   for (int corner = 0; corner < 8; ++corner) {
-    values[static_cast<std::size_t>(corner)] =
-        unit(cell_hash(wrap(x + (corner & 1), period), wrap(y + (corner >> 1 & 1), period), z + (corner >> 2),
-                       seed));
+    values[static_cast<std::size_t>(corner)] = unit(cell_hash(
+        wrap(x + (corner & 1), period), wrap(y + (corner >> 1 & 1), period), z + (corner >> 2), seed));
   }
   return values;
 }
@@ -65,19 +64,28 @@ double value_noise(const Vector3& p, std::uint64_t seed, int period) {
 
 void value_noise(std::span<const double> xs, std::span<const double> ys, double z_of_all, std::uint64_t seed,
                  int period, std::span<double> out) {
+  constexpr std::size_t kChunk = 64;
   const Along z(z_of_all);
-  Along x(xs[0]);
-  Along y(ys[0]);
-  std::array<double, 8> corners = cell_corners(x.cell, y.cell, z.cell, seed, period);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const Along next_x(xs[i]);
-    const Along next_y(ys[i]);
-    if (next_x.cell != x.cell || next_y.cell != y.cell) {
-      corners = cell_corners(next_x.cell, next_y.cell, z.cell, seed, period);
+  std::array<int, kChunk> cell_x;
+  std::array<int, kChunk> cell_y;
+  std::array<double, kChunk> tx;
+  std::array<double, kChunk> ty;
+  for (std::size_t first = 0; first < out.size(); first += kChunk) {
+    const std::size_t count = std::min(kChunk, out.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Along x(xs[first + i]);
+      const Along y(ys[first + i]);
+      cell_x[i] = x.cell;
+      cell_y[i] = y.cell;
+      tx[i] = x.t;
+      ty[i] = y.t;
     }
-    x = next_x;
-    y = next_y;
-    out[i] = blend(corners, x.t, y.t, z.t);
+    for (std::size_t i = 0; i < count;) {
+      std::size_t end = i + 1;  // of those in the same cell
+      while (end < count && cell_x[end] == cell_x[i] && cell_y[end] == cell_y[i]) ++end;
+      const std::array<double, 8> corners = cell_corners(cell_x[i], cell_y[i], z.cell, seed, period);
+      for (; i < end; ++i) out[first + i] = blend(corners, tx[i], ty[i], z.t);
+    }
   }
 }
 

@@ -46,7 +46,7 @@ void Rasteriser::draw_mesh(const Placed& placed, const Transform& T_W_C, const L
     const Corner& b = corners[t[1]];
     const Corner& c = corners[t[2]];
     if (!(a.inverse_depth > 0 && b.inverse_depth > 0 && c.inverse_depth > 0)) continue;
-    grid_.add(a, b, c, placed.target, [&](const Rgb* (&colours)[3]) {
+    grid_.add(a, b, c, placed.target, [&](const Rgb*(&colours)[3]) {
       for (std::size_t i = 0; i < 3; ++i) {
         if (has_colour_[t[i]] == 0) {
           colours_[t[i]] = lit.colour(t[i]);

@@ -56,7 +56,7 @@ class SampleGrid {
   struct Row {
     double x;  // from the pixel's centre
     double y;
-    // What to add to the ends of a span, so that whole numbers below are the pixels whose sample may be in it.
+    // Added to the ends of a span and cut to whole numbers: the pixels whose sample may lie in it.
     double to_first;
     double to_last;
     std::size_t sample;  // which of the pattern
@@ -78,9 +78,9 @@ class SampleGrid {
   double low_y_ = 0;
   double high_x_ = 0;
   double high_y_ = 0;
-  std::size_t stride_ = 0;   // samples of a row of pixels
-  std::size_t samples_ = 4;  // of a pixel
-  int shift_ = 2;            // two to the power of it are `samples_`
+  std::size_t stride_ = 0;         // samples of a row of pixels
+  std::size_t samples_ = 4;        // of a pixel
+  int shift_ = 2;                  // two to the power of it are `samples_`
   std::array<Row, kMost> rows_{};  // from top to bottom
   // As `to_first` and `to_last`, of rows.
   double to_first_row_ = 0;
@@ -107,7 +107,8 @@ void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool tar
   if (right < low_x_ || left > high_x_ || bottom < low_y_ || top > high_y_) return;
 
   // Rounding moves the edges of a sound triangle by less than 1e-6 px, and its depths by less than 1e-6 of
-  // them: samples further off need not be tried. Of a sliver nothing is taken for granted.
+  // them: samples further off need not be tried. Of a sliver nothing is taken for granted; the pixels tried
+  // are those it reaches into.
   const double size = right - left + bottom - top + 2;
   const bool sound = size * size * size < 1e9 * std::abs(area);
   const auto n = static_cast<int>(samples_);
@@ -121,21 +122,21 @@ void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool tar
     from_row = std::max(from_row, static_cast<int>(n * std::max(top, low_y_) + to_first_row_));
     to_row = std::min(to_row, static_cast<int>(n * std::min(bottom, high_y_) + to_last_row_));
   } else {
-    min_x = std::max(min_x, floor_of(left + 0.5));
-    max_x = std::min(max_x, floor_of(right + 0.5));
-    from_row = std::max(from_row, n * floor_of(top + 0.5));
-    to_row = std::min(to_row, n * floor_of(bottom + 0.5) + n - 1);
+    min_x = std::max(min_x, floor_of(std::max(left, low_x_) + 0.5));
+    max_x = std::min(max_x, floor_of(std::min(right, high_x_) + 0.5));
+    from_row = std::max(from_row, n * floor_of(std::max(top, low_y_) + 0.5));
+    to_row = std::min(to_row, n * floor_of(std::min(bottom, high_y_) + 0.5) + n - 1);
     first_x = min_x - 1.0;
     last_x = max_x + 1.0;
   }
 
-  const double scale = 1 / area;
-  const Vector2 bc = c.uv_px - b.uv_px;
-  const Vector2 ca = a.uv_px - c.uv_px;
   const auto nearest =
       sound ? static_cast<float>(std::max(std::max(a.inverse_depth, b.inverse_depth), c.inverse_depth) *
                                  (1 + 1e-5))
             : std::numeric_limits<float>::infinity();
+  const double scale = 1 / area;
+  const Vector2 bc = c.uv_px - b.uv_px;
+  const Vector2 ca = a.uv_px - c.uv_px;
   const Rgb* corner_colours[3] = {};
   for (int i = from_row; i <= to_row; ++i) {
     const Row& row = rows_[static_cast<std::size_t>(i) & (samples_ - 1)];
@@ -147,25 +148,25 @@ void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool tar
     for (int x = row_from; x <= row_to; ++x, at += samples_) {
       if (nearest <= inverse_depth_[at]) continue;
       const double py = y + row.y;
-        const double px = x + row.x;
-        const double wa = (bc[0] * (py - b.uv_px[1]) - bc[1] * (px - b.uv_px[0])) * scale;
-        const double wb = (ca[0] * (py - c.uv_px[1]) - ca[1] * (px - c.uv_px[0])) * scale;
-        const double wc = 1 - wa - wb;
-        if (!((wa >= 0) & (wb >= 0) & (wc >= 0))) continue;
-        const auto depth =
-            static_cast<float>(wa * a.inverse_depth + wb * b.inverse_depth + wc * c.inverse_depth);
-        if (!(depth > inverse_depth_[at])) continue;
-        if (corner_colours[0] == nullptr) colours(corner_colours);
-        // Weights on the surface, not on the image.
-        const auto s = 1 / depth;
-        const float ka = static_cast<float>(wa * a.inverse_depth) * s;
-        const float kb = static_cast<float>(wb * b.inverse_depth) * s;
-        const float kc = static_cast<float>(wc * c.inverse_depth) * s;
-        inverse_depth_[at] = depth;
-        seen_[at] = {*corner_colours[0] * ka + *corner_colours[1] * kb + *corner_colours[2] * kc, target};
-        Span& drawn = drawn_[static_cast<std::size_t>(y - y0_)];
-        drawn = {std::min(drawn.from, x), std::max(drawn.to, x + 1)};
-      }
+      const double px = x + row.x;
+      const double wa = (bc[0] * (py - b.uv_px[1]) - bc[1] * (px - b.uv_px[0])) * scale;
+      const double wb = (ca[0] * (py - c.uv_px[1]) - ca[1] * (px - c.uv_px[0])) * scale;
+      const double wc = 1 - wa - wb;
+      if (!((wa >= 0) & (wb >= 0) & (wc >= 0))) continue;
+      const auto depth =
+          static_cast<float>(wa * a.inverse_depth + wb * b.inverse_depth + wc * c.inverse_depth);
+      if (!(depth > inverse_depth_[at])) continue;
+      if (corner_colours[0] == nullptr) colours(corner_colours);
+      // Weights on the surface, not on the image.
+      const auto s = 1 / depth;
+      const float ka = static_cast<float>(wa * a.inverse_depth) * s;
+      const float kb = static_cast<float>(wb * b.inverse_depth) * s;
+      const float kc = static_cast<float>(wc * c.inverse_depth) * s;
+      inverse_depth_[at] = depth;
+      seen_[at] = {*corner_colours[0] * ka + *corner_colours[1] * kb + *corner_colours[2] * kc, target};
+      Span& drawn = drawn_[static_cast<std::size_t>(y - y0_)];
+      drawn = {std::min(drawn.from, x), std::max(drawn.to, x + 1)};
+    }
   }
 }
 

@@ -34,7 +34,8 @@ const std::array<Step, kCurveSteps + 1>& tone_curve() {
 
 // Room for a row of pixels on its way to bytes.
 struct Row {
-  explicit Row(std::size_t size) : linear(size), noise(size), whole(size), part(size), from(size), rise(size) {}
+  explicit Row(std::size_t size)
+      : linear(size), noise(size), whole(size), part(size), from(size), rise(size) {}
   std::vector<float> linear;
   std::vector<std::int32_t> noise;
   // On the tone curve: the step, how far through it, where it starts and how much it rises.
@@ -127,8 +128,8 @@ void develop(LinearImage& image, const SensorOptions& options, const Light& ligh
   const std::uint64_t key = hash(seed);
 
   const auto width = static_cast<std::size_t>(image.width_px);
-  Row numbers_of_row(kChannels * width);
-  std::vector<float>& channels = numbers_of_row.linear;
+  Row work(kChannels * width);
+  std::vector<float>& channels = work.linear;
   for (int y = 0; y < image.height_px; ++y) {
     const Rgb* row = &image.at(0, y);
     for (std::size_t i = 0; i < width; ++i) {
@@ -143,14 +144,14 @@ void develop(LinearImage& image, const SensorOptions& options, const Light& ligh
     }
     if (options.noise) {
       const std::uint64_t first = key + kChannels * image.index(0, y);
-      std::vector<std::int32_t>& noise = numbers_of_row.noise;
+      std::vector<std::int32_t>& noise = work.noise;
       for (std::size_t k = 0; k < noise.size(); ++k) noise[k] = sum_of_four(hash(first + k));
       for (std::size_t k = 0; k < noise.size(); ++k) {
         const float e = std::max(0.0F, channels[k]) * electrons;
         channels[k] += std::sqrt(e + read) / electrons * normal_of(noise[k]);
       }
     }
-    to_bytes(numbers_of_row, out.at(0, y));
+    to_bytes(work, out.at(0, y));
   }
 }
 
