@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "algo/pose.hpp"
 #include "tools/render/colour_math.hpp"
+#include "tools/render/rays.hpp"
 
 namespace vergence::render {
 
@@ -35,16 +37,22 @@ class Backdrop {
 
   // Reflectance where a ray (world frame) meets the plane; the plain colour where it does not.
   [[nodiscard]] Rgb along(const Vector3& from_mm, const Vector3& direction) const;
+  // The same along several rays.
+  void along(const Vector3& from_mm, const Rays& directions, std::span<Rgb> out) const;
   [[nodiscard]] double distance_mm() const { return options_.distance_mm; }
   [[nodiscard]] const Rgb& plain() const { return plain_; }
 
  private:
-  void paint_noise();
-  void scatter_objects();
+  // Red, green, blue and nothing: four numbers that any processor takes in one (GCC and Clang).
+  using Texel [[gnu::vector_size(4 * sizeof(float))]] = float;
+
+  [[nodiscard]] std::vector<Rgb> paint_noise() const;
+  void scatter_objects(std::vector<Rgb>& picture) const;
+  void keep(const std::vector<Rgb>& picture);
 
   BackdropOptions options_;
   Rgb plain_;
-  std::vector<Rgb> texture_;  // kSize x kSize, repeated; empty when plain
+  std::vector<Texel> texture_;  // repeated; its last row and column are the first again; empty when plain
 };
 
 struct Water {
@@ -55,7 +63,8 @@ struct Water {
   double coverage = 0.12;     // share of the surface that glints
 };
 
-// Light added by the water along a ray at a time.
-[[nodiscard]] float glint(const Water& water, const Vector3& from_mm, const Vector3& direction, double t_s);
+// Light added by the water along rays at a time.
+void glint(const Water& water, const Vector3& from_mm, const Rays& directions, double t_s,
+           std::span<float> out);
 
 }  // namespace vergence::render

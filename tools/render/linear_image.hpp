@@ -18,6 +18,12 @@ struct LinearImage {
       : width_px(width),
         height_px(height),
         data(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+  // What it held is lost.
+  void resize(int width, int height) {
+    width_px = width;
+    height_px = height;
+    data.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  }
   [[nodiscard]] std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px) + static_cast<std::size_t>(x);
   }

@@ -76,9 +76,12 @@ ModelPhoto take_model_photo(const Scene& scene) {
   const std::vector<Vector2> rays = pixel_rays(photo.camera);
   const Rgb lit = shade(photo.light, {1, 1, 1}, 1, 0, {0, 0, -1}, {0, 0, -1});
   LinearImage bare(photo.camera.width_px, photo.camera.height_px);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    bare.data[i] = backdrop.along(Vector3::Zero(), {rays[i][0], rays[i][1], 1}) * lit;
+  for (std::size_t first = 0; first < rays.size(); first += Rays::kMost) {
+    const std::size_t count = std::min(Rays::kMost, rays.size() - first);
+    const Rays directions = turned(Matrix3::Identity(), std::span(rays).subspan(first, count));
+    backdrop.along(Vector3::Zero(), directions, std::span(bare.data).subspan(first, count));
   }
+  for (Rgb& pixel : bare.data) pixel = pixel * lit;
   LinearImage with = bare;
   // The model frame's origin, where the rectangle's middle shows it.
   const Transform T_C_M{Matrix3::Identity(), centre_of(scene.target.roi, photo)};

@@ -1,7 +1,9 @@
 #include "tools/render/random.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace vergence::render {
 namespace {
@@ -21,28 +23,70 @@ int wrap(int v, int period) {
   return period > 0 ? ((v % period) + period) % period : v;
 }
 
+// A coordinate: its cell, and how far it is through it, smoothed.
+struct Along {
+  explicit Along(double v) {
+    const double floor = std::floor(v);
+    cell = static_cast<int>(floor);
+    const double f = v - floor;
+    t = f * f * (3 - 2 * f);
+  }
+  int cell;
+  double t;
+};
+
+std::array<double, 8> cell_corners(int x, int y, int z, std::uint64_t seed, int period) {
+  std::array<double, 8> values;
+  for (int corner = 0; corner < 8; ++corner) {
+    values[static_cast<std::size_t>(corner)] = unit(cell_hash(
+        wrap(x + (corner & 1), period), wrap(y + (corner >> 1 & 1), period), z + (corner >> 2), seed));
+  }
+  return values;
+}
+
+double blend(const std::array<double, 8>& corners, double tx, double ty, double tz) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    sum += ((i & 1) != 0 ? tx : 1 - tx) * ((i & 2) != 0 ? ty : 1 - ty) * ((i & 4) != 0 ? tz : 1 - tz) *
+           corners[i];
+  }
+  return 2 * sum - 1;
+}
+
 }  // namespace
 
 double value_noise(const Vector3& p, std::uint64_t seed, int period) {
-  int cell[3];
-  double t[3];
-  for (int i = 0; i < 3; ++i) {
-    const double floor = std::floor(p[i]);
-    cell[i] = static_cast<int>(floor);
-    const double f = p[i] - floor;
-    t[i] = f * f * (3 - 2 * f);
+  const Along x(p[0]);
+  const Along y(p[1]);
+  const Along z(p[2]);
+  return blend(cell_corners(x.cell, y.cell, z.cell, seed, period), x.t, y.t, z.t);
+}
+
+void value_noise(std::span<const double> xs, std::span<const double> ys, double z_of_all, std::uint64_t seed,
+                 int period, std::span<double> out) {
+  constexpr std::size_t kChunk = 64;
+  const Along z(z_of_all);
+  std::array<int, kChunk> cell_x;
+  std::array<int, kChunk> cell_y;
+  std::array<double, kChunk> tx;
+  std::array<double, kChunk> ty;
+  for (std::size_t first = 0; first < out.size(); first += kChunk) {
+    const std::size_t count = std::min(kChunk, out.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Along x(xs[first + i]);
+      const Along y(ys[first + i]);
+      cell_x[i] = x.cell;
+      cell_y[i] = y.cell;
+      tx[i] = x.t;
+      ty[i] = y.t;
+    }
+    for (std::size_t i = 0; i < count;) {
+      std::size_t end = i + 1;  // of those in the same cell
+      while (end < count && cell_x[end] == cell_x[i] && cell_y[end] == cell_y[i]) ++end;
+      const std::array<double, 8> corners = cell_corners(cell_x[i], cell_y[i], z.cell, seed, period);
+      for (; i < end; ++i) out[first + i] = blend(corners, tx[i], ty[i], z.t);
+    }
   }
-  double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int dx = corner & 1;
-    const int dy = corner >> 1 & 1;
-    const int dz = corner >> 2;
-    const double weight = (dx ? t[0] : 1 - t[0]) * (dy ? t[1] : 1 - t[1]) * (dz ? t[2] : 1 - t[2]);
-    if (weight == 0) continue;
-    sum +=
-        weight * unit(cell_hash(wrap(cell[0] + dx, period), wrap(cell[1] + dy, period), cell[2] + dz, seed));
-  }
-  return 2 * sum - 1;
 }
 
 double fractal_noise(const Vector3& p, std::uint64_t seed, int octaves, int period) {
@@ -58,6 +102,30 @@ double fractal_noise(const Vector3& p, std::uint64_t seed, int octaves, int peri
     size *= 2;
   }
   return sum / total;
+}
+
+void fractal_noise(std::span<const double> xs, std::span<const double> ys, double z, std::uint64_t seed,
+                   int octaves, int period, std::span<double> out) {
+  std::vector<double> finer_xs(xs.begin(), xs.end());
+  std::vector<double> finer_ys(ys.begin(), ys.end());
+  std::vector<double> octave(out.size());
+  std::fill(out.begin(), out.end(), 0.0);
+  double total = 0;
+  double strength = 1;
+  double size = 1;
+  for (int i = 0; i < octaves; ++i) {
+    value_noise(finer_xs, finer_ys, z * size, seed + static_cast<std::uint64_t>(i),
+                period * static_cast<int>(size), octave);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] += strength * octave[k];
+    total += strength;
+    strength /= 2;
+    size *= 2;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      finer_xs[k] = xs[k] * size;
+      finer_ys[k] = ys[k] * size;
+    }
+  }
+  for (double& v : out) v /= total;
 }
 
 double nearest_point_distance(const Vector3& p, std::uint64_t seed) {

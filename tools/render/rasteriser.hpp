@@ -2,7 +2,7 @@
 // smooth and lie where they should.
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -10,16 +10,9 @@
 #include "tools/render/light.hpp"
 #include "tools/render/linear_image.hpp"
 #include "tools/render/mesh.hpp"
+#include "tools/render/sample_grid.hpp"
 
 namespace vergence::render {
-
-// Samples of a pixel: a rotated grid of 4, an eight-rooks pattern of 8, or 16. Their mean is the pixel's
-// centre.
-enum class Sampling {
-  k4 = 4,
-  k8 = 8,
-  k16 = 16,
-};
 
 struct Placed {
   const Mesh* mesh = nullptr;
@@ -27,15 +20,26 @@ struct Placed {
   bool target = true;  // counts for masks and depths
 };
 
-// What the camera sees of the target, per pixel.
-struct Visibility {
-  std::vector<float> coverage;  // share of the pixel's samples on the target
-  std::vector<float> depth_mm;  // their mean depth; 0 where none
-};
-
 // Draws the meshes over `image`, which holds what is behind them. Triangles nearer than 10 mm are left out.
 // T_W_C: pose of the camera in the world; camera.T_H_C is not used.
 void draw(const CameraModel& camera, const Transform& T_W_C, std::span<const Placed> meshes,
           const Light& light, Sampling sampling, LinearImage& image, Visibility* visibility = nullptr);
+
+// Does the same, and keeps its memory for the next picture.
+class Rasteriser {
+ public:
+  void draw(const CameraModel& camera, const Transform& T_W_C, std::span<const Placed> meshes,
+            const Light& light, Sampling sampling, LinearImage& image, Visibility* visibility = nullptr);
+
+ private:
+  void project_corners(const CameraModel& camera, const Transform& T_C_M, const Mesh& mesh);
+  void draw_mesh(const Placed& placed, const Transform& T_W_C, const Light& light, std::size_t first);
+
+  std::vector<Corner> corners_;  // of all meshes
+  // Of the mesh in hand, made when a triangle is seen.
+  std::vector<Rgb> colours_;
+  std::vector<std::uint8_t> has_colour_;
+  SampleGrid grid_;
+};
 
 }  // namespace vergence::render

@@ -1,42 +1,50 @@
 // From a scene's state to pictures.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <thread>
 
-#include "tools/io/input_error.hpp"
+#include "tools/render/desk.hpp"
 #include "tools/render/random.hpp"
 #include "tools/render/scene.hpp"
 
 namespace vergence::render {
 namespace {
 
+// `glints`, where there is water, gets those of every pixel.
 void draw_backdrop(const Backdrop& backdrop, const Water& water, const Light& light, const Transform& T_W_C,
-                   const std::vector<Vector2>& rays, double t_s, LinearImage& image) {
+                   const std::vector<Vector2>& rays, double t_s, LinearImage& image,
+                   std::vector<float>& glints) {
   // The plane faces the viewer and is matt: one shade for all of it.
   const Rgb lit = shade(light, {1, 1, 1}, 1, 0, {0, 0, -1}, {0, 0, -1});
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Vector3 direction = T_W_C.R * Vector3(rays[i][0], rays[i][1], 1);
-    image.data[i] = backdrop.along(T_W_C.t_mm, direction) * lit;
-    if (water.strength > 0) {
-      const float g = glint(water, T_W_C.t_mm, direction, t_s);
-      image.data[i] += Rgb{g, g, g};
-    }
+  const bool wet = water.strength > 0;
+  if (wet) glints.resize(rays.size());
+  for (std::size_t first = 0; first < rays.size(); first += Rays::kMost) {
+    const std::size_t count = std::min(Rays::kMost, rays.size() - first);
+    const Rays directions = turned(T_W_C.R, std::span(rays).subspan(first, count));
+    const std::span<Rgb> pixels = std::span(image.data).subspan(first, count);
+    backdrop.along(T_W_C.t_mm, directions, pixels);
+    for (Rgb& pixel : pixels) pixel = pixel * lit;
+    if (!wet) continue;
+    glint(water, T_W_C.t_mm, directions, t_s, std::span(glints).subspan(first, count));
+    for (std::size_t i = first; i < first + count; ++i) image.data[i] += {glints[i], glints[i], glints[i]};
   }
 }
 
 // Water lies over the target as well where its surface is nearer.
-void draw_glints(const Water& water, const Transform& T_W_C, const std::vector<Vector2>& rays, double t_s,
-                 const Visibility& visibility, LinearImage& image) {
+void draw_glints(const Water& water, const Transform& T_W_C, const std::vector<Vector2>& rays,
+                 const std::vector<float>& glints, const Visibility& visibility, LinearImage& image) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (visibility.coverage[i] <= 0) continue;
     const Vector3 direction = T_W_C.R * Vector3(rays[i][0], rays[i][1], 1);
     if (T_W_C.t_mm[2] + visibility.depth_mm[i] * direction[2] < water.surface_mm) continue;
-    const float g = glint(water, T_W_C.t_mm, direction, t_s) * visibility.coverage[i];
+    const float g = glints[i] * visibility.coverage[i];
     image.data[i] += Rgb{g, g, g};
   }
 }
 
-LinearImage expose(const Scene& scene, const SceneState& state, const SceneMoment& moment, Eye eye) {
+// One instant's light, in `desk.image`.
+void expose(const Scene& scene, const SceneState& state, const SceneMoment& moment, Eye eye, Desk& desk) {
   const Light& light = state.light;
   const bool left = eye == Eye::kLeft;
   const CameraModel& camera = left ? scene.rig.left : scene.rig.right;
@@ -44,18 +52,17 @@ LinearImage expose(const Scene& scene, const SceneState& state, const SceneMomen
   const Transform T_H_C =
       left ? left_eye_in_hand(camera.T_H_C, moment.eyes) : right_eye_in_hand(camera.T_H_C, moment.eyes);
   const Transform T_W_C = moment.T_W_H * T_H_C;
-  LinearImage image(camera.width_px, camera.height_px);
-  draw_backdrop(*scene.backdrop, scene.water, light, T_W_C, rays, moment.t_s, image);
-  std::vector<Placed> placed;
-  if (state.target_there) placed.push_back({&scene.target.mesh, moment.T_W_M, true});
+  desk.image.resize(camera.width_px, camera.height_px);
+  draw_backdrop(*scene.backdrop, scene.water, light, T_W_C, rays, moment.t_s, desk.image, desk.glints);
+  desk.placed.clear();
+  if (state.target_there) desk.placed.push_back({&scene.target.mesh, moment.T_W_M, true});
   for (std::size_t i = 0; i < scene.occluders.size(); ++i) {
-    placed.push_back({&scene.occluders[i].mesh, moment.T_W_occluder[i], false});
+    desk.placed.push_back({&scene.occluders[i].mesh, moment.T_W_occluder[i], false});
   }
-  Visibility visibility;
   const bool wet = scene.water.strength > 0;
-  draw(camera, T_W_C, placed, light, scene.sampling, image, wet ? &visibility : nullptr);
-  if (wet) draw_glints(scene.water, T_W_C, rays, moment.t_s, visibility, image);
-  return image;
+  desk.rasteriser.draw(camera, T_W_C, desk.placed, light, scene.sampling, desk.image,
+                       wet ? &desk.visibility : nullptr);
+  if (wet) draw_glints(scene.water, T_W_C, rays, desk.glints, desk.visibility, desk.image);
 }
 
 }  // namespace
@@ -95,15 +102,19 @@ EyeAngles gaze_at(const StereoRig& rig, const Vector3& p_H_mm) {
 
 void render_eye(const Scene& scene, const SceneState& state, Eye eye, std::uint64_t frame_seed,
                 tools::RgbImage& out) {
-  LinearImage image = expose(scene, state, state.moments.front(), eye);
-  for (std::size_t i = 1; i < state.moments.size(); ++i) {
-    const LinearImage more = expose(scene, state, state.moments[i], eye);
-    for (std::size_t k = 0; k < image.data.size(); ++k) image.data[k] += more.data[k];
-  }
+  const DeskLoan desk;
+  expose(scene, state, state.moments.front(), eye, *desk);
   if (state.moments.size() > 1) {
-    for (Rgb& pixel : image.data) pixel = pixel * (1 / static_cast<float>(state.moments.size()));
+    LinearImage& sum = desk->sum;
+    sum = desk->image;
+    for (std::size_t i = 1; i < state.moments.size(); ++i) {
+      expose(scene, state, state.moments[i], eye, *desk);
+      for (std::size_t k = 0; k < sum.data.size(); ++k) sum.data[k] += desk->image.data[k];
+    }
+    for (Rgb& pixel : sum.data) pixel = pixel * (1 / static_cast<float>(state.moments.size()));
+    std::swap(desk->image, sum);
   }
-  develop(image, scene.sensor, state.light, hash(frame_seed, eye == Eye::kLeft ? 0 : 1), out);
+  develop(desk->image, scene.sensor, state.light, hash(frame_seed, eye == Eye::kLeft ? 0 : 1), out);
 }
 
 void render_pair(const Scene& scene, const SceneState& state, std::uint64_t frame_seed, tools::RgbImage& left,

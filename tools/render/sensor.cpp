@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "tools/render/random.hpp"
 
@@ -11,52 +12,86 @@ namespace {
 
 constexpr double kReferenceLux = 500;
 constexpr int kCurveSteps = 4096;
+constexpr std::size_t kChannels = 3;
+
+struct Step {
+  float from;
+  float rise;
+};
 
 // Grey levels of linear light in [0, 1].
-const std::array<float, kCurveSteps + 2>& tone_curve() {
+const std::array<Step, kCurveSteps + 1>& tone_curve() {
   static const auto curve = [] {
-    std::array<float, kCurveSteps + 2> table{};
-    for (int i = 0; i < kCurveSteps + 2; ++i) {
-      table[static_cast<std::size_t>(i)] =
-          255 * encode_srgb(std::min(1.0F, static_cast<float>(i) / kCurveSteps));
-    }
+    const auto level = [](std::size_t i) {
+      return 255 * encode_srgb(std::min(1.0F, static_cast<float>(i) / kCurveSteps));
+    };
+    std::array<Step, kCurveSteps + 1> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = {level(i), level(i + 1) - level(i)};
     return table;
   }();
   return curve;
 }
 
-std::uint8_t to_byte(float linear) {
-  const float x = std::clamp(linear, 0.0F, 1.0F) * kCurveSteps;
-  const auto i = static_cast<std::size_t>(x);
+// Room for a row of pixels on its way to bytes.
+struct Row {
+  explicit Row(std::size_t size)
+      : linear(size), noise(size), whole(size), part(size), from(size), rise(size) {}
+  std::vector<float> linear;
+  std::vector<std::int32_t> noise;
+  // On the tone curve: the step, how far through it, where it starts and how much it rises.
+  std::vector<std::int32_t> whole;
+  std::vector<float> part;
+  std::vector<float> from;
+  std::vector<float> rise;
+};
+
+void to_bytes(Row& row, std::uint8_t* out) {
   const auto& curve = tone_curve();
-  const float level = curve[i] + (x - static_cast<float>(i)) * (curve[i + 1] - curve[i]);
-  return static_cast<std::uint8_t>(std::clamp(level + 0.5F, 0.0F, 255.0F));
+  const std::size_t size = row.linear.size();
+  for (std::size_t k = 0; k < size; ++k) {
+    const float x = std::clamp(row.linear[k], 0.0F, 1.0F) * kCurveSteps;
+    row.whole[k] = static_cast<std::int32_t>(x);
+    row.part[k] = x - static_cast<float>(row.whole[k]);
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    const Step& step = curve[static_cast<std::size_t>(row.whole[k])];
+    row.from[k] = step.from;
+    row.rise[k] = step.rise;
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    const float level = row.from[k] + row.part[k] * row.rise[k];
+    out[k] = static_cast<std::uint8_t>(static_cast<std::int32_t>(std::clamp(level + 0.5F, 0.0F, 255.0F)));
+  }
+}
+
+float* numbers(LinearImage& image, int y) {
+  static_assert(sizeof(Rgb) == kChannels * sizeof(float));
+  return &image.at(0, y).r;
 }
 
 // One pass of [a, 1-2a, a] both ways has variance 2a; passes add up.
 void blur_once(LinearImage& image, float a) {
   const float b = 1 - 2 * a;
-  std::vector<Rgb> line(static_cast<std::size_t>(std::max(image.width_px, image.height_px)));
-  const auto along = [&](int count, auto at) {
-    for (int i = 0; i < count; ++i) {
-      line[static_cast<std::size_t>(i)] =
-          at(i) * b + (at(std::max(i - 1, 0)) + at(std::min(i + 1, count - 1))) * a;
-    }
-    for (int i = 0; i < count; ++i) at(i) = line[static_cast<std::size_t>(i)];
-  };
-  for (int y = 0; y < image.height_px; ++y)
-    along(image.width_px, [&](int i) -> Rgb& { return image.at(i, y); });
-  // Columns by rows: the row above as it was is kept aside.
-  std::vector<Rgb> above(image.data.begin(), image.data.begin() + image.width_px);
-  std::vector<Rgb> here(above);
+  // Rows as plain numbers, kChannels a pixel.
+  const std::size_t width = kChannels * static_cast<std::size_t>(image.width_px);
+  std::vector<float> before(width + 2 * kChannels);  // of a row, its outermost pixels twice
   for (int y = 0; y < image.height_px; ++y) {
-    Rgb* row = &image.at(0, y);
-    const Rgb* below = &image.at(0, std::min(y + 1, image.height_px - 1));
-    std::copy(row, row + image.width_px, here.begin());
-    for (int x = 0; x < image.width_px; ++x) {
-      const auto i = static_cast<std::size_t>(x);
-      row[x] = here[i] * b + (above[i] + (y + 1 < image.height_px ? below[x] : here[i])) * a;
+    float* row = numbers(image, y);
+    std::copy(row, row + width, before.begin() + kChannels);
+    std::copy(row, row + kChannels, before.begin());
+    std::copy(row + width - kChannels, row + width, before.end() - kChannels);
+    for (std::size_t i = 0; i < width; ++i) {
+      row[i] = before[i + kChannels] * b + (before[i] + before[i + 2 * kChannels]) * a;
     }
+  }
+  // Columns by rows: the row above as it was is kept aside.
+  std::vector<float> above(numbers(image, 0), numbers(image, 0) + width);
+  std::vector<float> here(above);
+  for (int y = 0; y < image.height_px; ++y) {
+    float* row = numbers(image, y);
+    std::copy(row, row + width, here.begin());
+    const float* below = y + 1 < image.height_px ? row + width : here.data();
+    for (std::size_t i = 0; i < width; ++i) row[i] = here[i] * b + (above[i] + below[i]) * a;
     std::swap(above, here);
   }
 }
@@ -92,23 +127,31 @@ void develop(LinearImage& image, const SensorOptions& options, const Light& ligh
   const double loss = options.vignetting / (cx * cx + cy * cy);
   const std::uint64_t key = hash(seed);
 
+  const auto width = static_cast<std::size_t>(image.width_px);
+  Row work(kChannels * width);
+  std::vector<float>& channels = work.linear;
   for (int y = 0; y < image.height_px; ++y) {
-    for (int x = 0; x < image.width_px; ++x) {
+    const Rgb* row = &image.at(0, y);
+    for (std::size_t i = 0; i < width; ++i) {
+      const double x = static_cast<int>(i);
       const auto dim = static_cast<float>(1 - loss * ((x - cx) * (x - cx) + (y - cy) * (y - cy)));
-      Rgb c = image.at(x, y) * (dim * signal);
+      Rgb c = row[i] * (dim * signal);
       const float grey = luminance(c);
       c = mix({grey, grey, grey}, c, saturation) + light.cast * (veil * signal);
-      std::array<float, 3> channel{c.r, c.g, c.b};
-      if (options.noise) {
-        const std::uint64_t pixel = key + 3 * image.index(x, y);
-        for (std::size_t k = 0; k < 3; ++k) {
-          const float e = std::max(0.0F, channel[k]) * electrons;
-          channel[k] += std::sqrt(e + read) / electrons * normal(hash(pixel + k));
-        }
-      }
-      std::uint8_t* p = out.at(x, y);
-      for (std::size_t k = 0; k < 3; ++k) p[k] = to_byte(channel[k]);
+      channels[kChannels * i] = c.r;
+      channels[kChannels * i + 1] = c.g;
+      channels[kChannels * i + 2] = c.b;
     }
+    if (options.noise) {
+      const std::uint64_t first = key + kChannels * image.index(0, y);
+      std::vector<std::int32_t>& noise = work.noise;
+      for (std::size_t k = 0; k < noise.size(); ++k) noise[k] = sum_of_four(hash(first + k));
+      for (std::size_t k = 0; k < noise.size(); ++k) {
+        const float e = std::max(0.0F, channels[k]) * electrons;
+        channels[k] += std::sqrt(e + read) / electrons * normal_of(noise[k]);
+      }
+    }
+    to_bytes(work, out.at(0, y));
   }
 }
 
