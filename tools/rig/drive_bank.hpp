@@ -58,14 +58,16 @@ class DriveBank {
  private:
   void move_to(std::int64_t now_ns);
   void say(std::int64_t now_ns);
+  void send_all();
   void count(const canopen::CanFrame& frame, std::int64_t now_ns);
   void send_error_frame(std::uint32_t error_class) const;
-  void send_foreign();
+  void add_foreign();
 
   canopen::CanopenArmConfig config_;
   std::size_t count_ = 0;
   canopen::SocketCan bus_;
-  FileHandle raw_;  // for error frames, which no drive sends
+  std::vector<canopen::CanFrame> out_;  // to be sent together
+  FileHandle raw_;                      // for error frames, which no drive sends
   std::array<canopen::SimulatedDrive, kMaxJoints> drives_{};
   std::array<plant::JointDrive, kMaxJoints> motors_{};
   plant::JointArray position_rad_{};

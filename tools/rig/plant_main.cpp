@@ -108,8 +108,8 @@ std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
                   static_cast<double>(ages.least_ns) * 1e-6, static_cast<double>(ages.most_ns) * 1e-6);
     notes.emplace_back(text.data());
   }
-  std::snprintf(text.data(), text.size(), "the plant was %lld us late at worst; the controller ended with %d",
-                wide(plant.worst_lateness_ns() / 1000), controller_status);
+  std::snprintf(text.data(), text.size(), "the plant was %lld ms late at worst; the controller ended with %d",
+                wide(plant.most_ticks_late()), controller_status);
   notes.emplace_back(text.data());
   return notes;
 }
