@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "hal/canopen/axis_pdos.hpp"
 #include "hal/clock.hpp"
@@ -85,6 +86,12 @@ bool DriveBank::is_any_enabled() const {
                      [](const auto& drive) { return drive.state() == DriveState::kOperationEnabled; });
 }
 
+void DriveBank::sway(std::vector<Sway> sways) {
+  sways_ = std::move(sways);
+  sway_start_rad_ = position_rad_;
+  sway_start_ns_ = now_ns_;
+}
+
 void DriveBank::move_to(std::int64_t now_ns) {
   const double dt_s = seconds(now_ns - now_ns_);
   now_ns_ = now_ns;
@@ -102,6 +109,9 @@ void DriveBank::move_to(std::int64_t now_ns) {
       const bool drives = state == DriveState::kQuickStopActive || state == DriveState::kFaultReaction;
       if (drives && told > 0) motor.quick_stop_rad_per_s2 = std::min(told, motor.quick_stop_rad_per_s2);
       plant::brake(motor, 0, dt_s, joint);
+    }
+    if (!sways_.empty() && !is_any_enabled()) {
+      joint = swayed(sways_, i, sway_start_rad_[i], seconds(now_ns_ - sway_start_ns_));
     }
     if (plant::keep_between_stops(motor, joint)) ends_hit_ |= 1U << i;
     position_rad_[i] = joint.position_rad;

@@ -116,11 +116,11 @@ void step_clock(double by_s) {
 
 }  // namespace
 
-void PictureAges::add(std::int64_t age_ns) {
-  least_ns = pictures == 0 ? age_ns : std::min(least_ns, age_ns);
-  most_ns = std::max(most_ns, age_ns);
-  sum_ns += age_ns;
-  ++pictures;
+std::optional<PictureAges::Spread> PictureAges::spread() const {
+  if (ages_ns_.empty()) return std::nullopt;
+  std::vector<std::int64_t> sorted = ages_ns_;
+  std::sort(sorted.begin(), sorted.end());
+  return Spread{sorted.front(), sorted[sorted.size() / 2], sorted.back()};
 }
 
 PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config,
@@ -143,7 +143,9 @@ PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config
       phases_(scenario.faults.size(), Phase::kWaiting),
       schedules_{PictureSchedule(idle_ns(scenario)), PictureSchedule(idle_ns(scenario))},
       minors_{minor_of(kCameras[0]), minor_of(kCameras[1])},
-      tool_W_mm_(world_.T_W_H(drives_.position_rad()) * config.robot.tool_mm) {}
+      tool_W_mm_(world_.T_W_H(drives_.position_rad()) * config.robot.tool_mm) {
+  drives_.sway(scenario.sways);
+}
 
 void PlantLoop::run() {
   const FileHandle timer(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));

@@ -28,14 +28,21 @@
 
 namespace vergence::rig {
 
-// How old pictures were at their stamps.
-struct PictureAges {
-  std::int64_t pictures = 0;
-  std::int64_t sum_ns = 0;
-  std::int64_t least_ns = 0;
-  std::int64_t most_ns = 0;
+// How old pictures were at their stamps. Where the camera's rhythm changes, one is shown twice, and older.
+class PictureAges {
+ public:
+  void add(std::int64_t age_ns) { ages_ns_.push_back(age_ns); }
 
-  void add(std::int64_t age_ns);
+  struct Spread {
+    std::int64_t least_ns = 0;
+    std::int64_t median_ns = 0;
+    std::int64_t most_ns = 0;
+  };
+  // Empty where there were none.
+  [[nodiscard]] std::optional<Spread> spread() const;
+
+ private:
+  std::vector<std::int64_t> ages_ns_;
 };
 
 class PlantLoop {

@@ -104,11 +104,11 @@ std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
                   wide(pulses.setup_ns / 1000));
     notes.emplace_back(text.data());
   }
-  const PictureAges& ages = plant.ages();
-  if (ages.pictures > 0) {
-    std::snprintf(text.data(), text.size(), "pictures at their stamps: %.3f ms old, %.3f to %.3f",
-                  static_cast<double>(ages.sum_ns) / static_cast<double>(ages.pictures) * 1e-6,
-                  static_cast<double>(ages.least_ns) * 1e-6, static_cast<double>(ages.most_ns) * 1e-6);
+  if (const auto ages = plant.ages().spread()) {
+    std::snprintf(text.data(), text.size(),
+                  "pictures at their stamps: %.3f ms old in the middle, %.3f to %.3f",
+                  static_cast<double>(ages->median_ns) * 1e-6, static_cast<double>(ages->least_ns) * 1e-6,
+                  static_cast<double>(ages->most_ns) * 1e-6);
     notes.emplace_back(text.data());
   }
   std::snprintf(text.data(), text.size(), "the plant was %lld ms late at worst; the controller ended with %d",
