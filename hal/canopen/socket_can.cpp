@@ -157,6 +157,7 @@ void SocketCan::note_failure(int error) {
 }
 
 void SocketCan::process(std::int64_t now_ns) {
+  nothing_more_ = false;  // that was a period ago
   timespec kernel{};
   if (clock_gettime(CLOCK_REALTIME, &kernel) == 0) stamp_offset_ns_ = now_ns - to_ns(kernel);
   if (restart_.is_due(now_ns, health_.state == BusState::kOff) && ask_for_restart()) ++health_.restarts;

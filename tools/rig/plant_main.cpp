@@ -7,7 +7,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -143,9 +142,7 @@ void keep_memory() {
   (void)mallopt(M_TOP_PAD, kHeap);
   void* volatile block = std::malloc(1 << 20);  // which the compiler must not leave out
   std::free(block);
-  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-  const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(sbrk(0)) / page * page;
-  void* const begin = reinterpret_cast<void*>(end - kHeap);
+  char* const begin = static_cast<char*>(sbrk(0)) - kHeap;  // on a page: malloc() ends its heap on one
   // A change of what is allowed maps all pages that are there on the host, many in a call.
   if (madvise(begin, kHeap, MADV_POPULATE_WRITE) == 0 && mprotect(begin, kHeap, PROT_READ) == 0) {
     (void)mprotect(begin, kHeap, PROT_READ | PROT_WRITE);
