@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace vergence::canopen {
 
@@ -201,8 +202,18 @@ void ArmMaster::send_targets(const MasterBuses& buses) {
     axes_[i].put_target(goal(), velocity, targets_[leader_[i]]);
     if (axes_[i].phase() >= AxisPhase::kAwaitStart) wanted[leader_[i]] = true;
   }
-  for (std::size_t i = 0; i < count_; ++i) {
-    refused_[i] = wanted[i] && !buses[bus_of(i)].sink.send(targets_[i]);
+  for (std::size_t bus = 0; bus < bus_count_; ++bus) {
+    std::array<CanFrame, kMaxJoints> frames{};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (wanted[i] && bus_of(i) == bus) frames[count++] = targets_[i];
+    }
+    std::size_t taken = buses[bus].sink.send(std::span(frames).first(count));
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (bus_of(i) != bus) continue;
+      refused_[i] = wanted[i] && taken == 0;
+      if (wanted[i] && taken > 0) --taken;
+    }
   }
 }
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "hal/canopen/can_frame.hpp"
 
@@ -52,7 +54,8 @@ inline void count_errors(CanHealth& health, const CanErrors& errors) {
 
 // None of these waits. send() is false where the frame was not taken: nothing is queued behind the caller's
 // back, who tries again next period with what is true by then. process() is called once a period, before
-// the frames of the period are received. receive() does not give error frames: they are in the health.
+// the frames of the period are received. receive() is false where nothing was left when the bus was last
+// asked; the call after that asks again. It does not give error frames: they are in the health.
 template <typename T>
 concept CanBus = requires(T& bus, const CanFrame& out, CanFrame& in, std::int64_t now_ns) {
   { bus.process(now_ns) } -> std::same_as<void>;
@@ -61,19 +64,39 @@ concept CanBus = requires(T& bus, const CanFrame& out, CanFrame& in, std::int64_
   { bus.health() } -> std::convertible_to<const CanHealth&>;
 };
 
+// A bus that takes several frames in one call: how many, from the first; after one that was not taken none is
+// tried.
+template <typename T>
+concept CanBusOfMany = CanBus<T> && requires(T& bus, std::span<const CanFrame> out) {
+  { bus.send(out) } -> std::same_as<std::size_t>;
+};
+
 // Whoever takes frames, without its type, so that protocols need no templates. Refers to the bus.
 class FrameSink {
  public:
   template <CanBus Bus>
   explicit FrameSink(Bus& bus)
       : bus_(&bus),
-        send_([](void* to, const CanFrame& frame) { return static_cast<Bus*>(to)->send(frame); }) {}
+        send_([](void* to, const CanFrame& frame) { return static_cast<Bus*>(to)->send(frame); }),
+        send_many_([](void* to, std::span<const CanFrame> frames) {
+          Bus& its = *static_cast<Bus*>(to);
+          if constexpr (CanBusOfMany<Bus>) {
+            return its.send(frames);
+          } else {
+            std::size_t taken = 0;
+            while (taken < frames.size() && its.send(frames[taken])) ++taken;
+            return taken;
+          }
+        }) {}
 
   [[nodiscard]] bool send(const CanFrame& frame) const { return send_(bus_, frame); }
+  // How many were taken, from the first; after one that was not none is tried.
+  [[nodiscard]] std::size_t send(std::span<const CanFrame> frames) const { return send_many_(bus_, frames); }
 
  private:
   void* bus_;
   bool (*send_)(void*, const CanFrame&);
+  std::size_t (*send_many_)(void*, std::span<const CanFrame>);
 };
 
 }  // namespace vergence::canopen

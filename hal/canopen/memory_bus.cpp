@@ -1,22 +1,20 @@
 #include "hal/canopen/memory_bus.hpp"
 
+#include <algorithm>
+
 namespace vergence::canopen {
 
 MemoryBus::MemoryBus() {
   for (Port& port : ports_) port.bus_ = this;
 }
 
-bool MemoryBus::Port::send(const CanFrame& frame) {
-  if (full_) {
-    ++health_.tx_refused;
-    return false;
-  }
-  if (health_.state == BusState::kOff) {
-    ++health_.tx_failed;
-    return false;
-  }
-  bus_->spread(*this, frame);
-  return true;
+std::size_t MemoryBus::Port::send(std::span<const CanFrame> frames) {
+  const bool is_off = health_.state == BusState::kOff;
+  const std::size_t taken = is_off ? 0 : std::min(frames.size(), room_);
+  for (const CanFrame& frame : frames.first(taken)) bus_->spread(*this, frame);
+  if (room_ != kEndless) room_ -= taken;
+  (is_off ? health_.tx_failed : health_.tx_refused) += static_cast<std::uint32_t>(frames.size() - taken);
+  return taken;
 }
 
 bool MemoryBus::Port::receive(CanFrame& frame) {

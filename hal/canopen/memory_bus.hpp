@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "hal/canopen/can_bus.hpp"
 
@@ -16,16 +17,19 @@ class MemoryBus {
   static constexpr std::size_t kQueue = 128;  // frames a port holds until they are taken
   static constexpr std::size_t kFaults = 8;
 
-  // Satisfies CanBus. Belongs to its bus and moves no more than that one does.
+  // Satisfies CanBusOfMany. Belongs to its bus and moves no more than that one does.
   class Port {
    public:
     void process(std::int64_t now_ns) { bus_->advance(now_ns); }
-    [[nodiscard]] bool send(const CanFrame& frame);
+    [[nodiscard]] bool send(const CanFrame& frame) { return send(std::span(&frame, 1)) == 1; }
+    [[nodiscard]] std::size_t send(std::span<const CanFrame> frames);
     [[nodiscard]] bool receive(CanFrame& frame);
     [[nodiscard]] const CanHealth& health() const { return health_; }
 
     // Refuses to send, as a full queue does.
-    void set_full(bool is_full) { full_ = is_full; }
+    void set_full(bool is_full) { room_ = is_full ? 0 : kEndless; }
+    // Takes so many more, and is full then.
+    void set_room(std::size_t frames) { room_ = frames; }
     // Neither sends nor receives; what would have arrived is lost.
     void set_off(bool is_off);
     // Smaller queues overflow sooner.
@@ -35,13 +39,15 @@ class MemoryBus {
     friend class MemoryBus;
     void deliver(const CanFrame& frame);
 
+    static constexpr std::size_t kEndless = ~std::size_t{0};
+
     MemoryBus* bus_ = nullptr;
     CanHealth health_;
     std::array<CanFrame, kQueue> queue_{};
     std::size_t first_ = 0;
     std::size_t count_ = 0;
     std::size_t limit_ = kQueue;
-    bool full_ = false;
+    std::size_t room_ = kEndless;  // for frames to send
   };
 
   MemoryBus();
@@ -71,6 +77,6 @@ class MemoryBus {
   std::int64_t now_ns_ = 0;
 };
 
-static_assert(CanBus<MemoryBus::Port>);
+static_assert(CanBusOfMany<MemoryBus::Port>);
 
 }  // namespace vergence::canopen

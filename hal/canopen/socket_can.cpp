@@ -16,6 +16,7 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <utility>
 
 #include "hal/clock.hpp"
 
@@ -38,6 +39,25 @@ constexpr std::size_t kMostFilters = 64;
 
 std::int64_t to_ns(const timespec& time) {
   return std::int64_t{time.tv_sec} * kNsPerSecond + time.tv_nsec;
+}
+
+can_frame to_kernel(const CanFrame& frame) {
+  can_frame out{};
+  out.can_id = frame.id & CAN_SFF_MASK;
+  if (frame.is_remote) out.can_id |= CAN_RTR_FLAG;
+  out.can_dlc = std::min<std::uint8_t>(frame.size, CAN_MAX_DLEN);
+  std::copy(frame.data.begin(), frame.data.end(), std::begin(out.data));
+  return out;
+}
+
+CanFrame from_kernel(const can_frame& in) {
+  CanFrame frame;
+  frame.is_error = (in.can_id & CAN_ERR_FLAG) != 0;
+  frame.is_remote = !frame.is_error && (in.can_id & CAN_RTR_FLAG) != 0;
+  frame.id = in.can_id & (frame.is_error ? CAN_ERR_MASK : CAN_SFF_MASK);
+  frame.size = std::min<std::uint8_t>(in.can_dlc, CAN_MAX_DLEN);
+  std::copy(std::begin(in.data), std::end(in.data), frame.data.begin());
+  return frame;
 }
 
 template <typename T>
@@ -69,6 +89,9 @@ SocketCan::~SocketCan() {
 void SocketCan::close() {
   if (socket_ >= 0) ::close(socket_);
   socket_ = -1;
+  next_ = 0;
+  received_count_ = 0;
+  nothing_more_ = false;
 }
 
 SocketStep SocketCan::open(const char* interface, std::span<const CanFilter> filters) {
@@ -134,67 +157,94 @@ void SocketCan::note_failure(int error) {
 }
 
 void SocketCan::process(std::int64_t now_ns) {
+  nothing_more_ = false;  // that was a period ago
   timespec kernel{};
   if (clock_gettime(CLOCK_REALTIME, &kernel) == 0) stamp_offset_ns_ = now_ns - to_ns(kernel);
   if (restart_.is_due(now_ns, health_.state == BusState::kOff) && ask_for_restart()) ++health_.restarts;
 }
 
-bool SocketCan::send(const CanFrame& frame) {
-  can_frame out{};
-  out.can_id = frame.id & CAN_SFF_MASK;
-  if (frame.is_remote) out.can_id |= CAN_RTR_FLAG;
-  out.can_dlc = std::min<std::uint8_t>(frame.size, CAN_MAX_DLEN);
-  std::copy(frame.data.begin(), frame.data.end(), std::begin(out.data));
-  if (write(socket_, &out, sizeof out) == static_cast<ssize_t>(sizeof out)) {
+std::size_t SocketCan::send(std::span<const CanFrame> frames) {
+  std::size_t taken = 0;
+  while (taken < frames.size()) {
+    const std::size_t count = std::min(frames.size() - taken, kMostAtOnce);
+    std::array<can_frame, kMostAtOnce> out{};
+    std::array<iovec, kMostAtOnce> data{};
+    std::array<mmsghdr, kMostAtOnce> messages{};
+    for (std::size_t i = 0; i < count; ++i) {
+      out[i] = to_kernel(frames[taken + i]);
+      data[i] = {&out[i], sizeof out[i]};
+      messages[i].msg_hdr.msg_iov = &data[i];
+      messages[i].msg_hdr.msg_iovlen = 1;
+    }
+    // Of fewer than asked for, the next call says why.
+    const int sent = sendmmsg(socket_, messages.data(), static_cast<unsigned>(count), 0);
+    if (sent <= 0) break;
+    taken += static_cast<std::size_t>(sent);
     if (health_.state == BusState::kDown) health_.state = BusState::kActive;
-    return true;
   }
-  const int error = errno;
-  if (error == ENOBUFS || error == EAGAIN) {
-    ++health_.tx_refused;
-  } else {
-    ++health_.tx_failed;
+  if (taken < frames.size()) {
+    const int error = errno;
+    const auto left = static_cast<std::uint32_t>(frames.size() - taken);
+    (error == ENOBUFS || error == EAGAIN ? health_.tx_refused : health_.tx_failed) += left;
+    note_failure(error);
   }
-  note_failure(error);
-  return false;
+  return taken;
+}
+
+// False where there is nothing.
+bool SocketCan::fetch() {
+  // Fewer than asked for were all there was: no need to ask again, but for once.
+  if (std::exchange(nothing_more_, false)) return false;
+  next_ = 0;
+  received_count_ = 0;
+  constexpr std::size_t kMore = CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
+  struct alignas(cmsghdr) More {
+    std::array<char, kMore> bytes;
+  };
+  std::array<can_frame, kMostAtOnce> in{};
+  std::array<iovec, kMostAtOnce> data{};
+  std::array<More, kMostAtOnce> more{};
+  std::array<mmsghdr, kMostAtOnce> messages{};
+  for (std::size_t i = 0; i < kMostAtOnce; ++i) {
+    data[i] = {&in[i], sizeof in[i]};
+    messages[i].msg_hdr.msg_iov = &data[i];
+    messages[i].msg_hdr.msg_iovlen = 1;
+    messages[i].msg_hdr.msg_control = more[i].bytes.data();
+    messages[i].msg_hdr.msg_controllen = more[i].bytes.size();
+  }
+  const int got = recvmmsg(socket_, messages.data(), kMostAtOnce, MSG_DONTWAIT, nullptr);
+  if (got < 0 && errno != EAGAIN) note_failure(errno);
+  std::uint32_t lost = lost_by_kernel_;  // said of a frame only where it is not zero
+  for (std::size_t i = 0; static_cast<int>(i) < got; ++i) {
+    if (messages[i].msg_len != sizeof in[i]) continue;
+    Received& received = received_[received_count_++];
+    received.frame = from_kernel(in[i]);
+    msghdr& header = messages[i].msg_hdr;
+    for (cmsghdr* part = CMSG_FIRSTHDR(&header); part != nullptr; part = CMSG_NXTHDR(&header, part)) {
+      if (part->cmsg_level != SOL_SOCKET) continue;
+      if (part->cmsg_type == SO_TIMESTAMPNS) {
+        timespec stamp{};
+        std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+        received.frame.stamp_ns = to_ns(stamp) + stamp_offset_ns_;
+      } else if (part->cmsg_type == SO_RXQ_OVFL) {
+        std::memcpy(&lost, CMSG_DATA(part), sizeof lost);
+      }
+    }
+    received.lost = lost;
+  }
+  nothing_more_ = received_count_ > 0 && got < static_cast<int>(kMostAtOnce);
+  return received_count_ > 0;
 }
 
 bool SocketCan::receive(CanFrame& frame) {
   // Error frames are counted on the way, but not without end.
   constexpr int kMostErrorFrames = 64;
   for (int i = 0; i < kMostErrorFrames; ++i) {
-    can_frame in{};
-    iovec data{&in, sizeof in};
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t))>
-        more{};
-    msghdr message{};
-    message.msg_iov = &data;
-    message.msg_iovlen = 1;
-    message.msg_control = more.data();
-    message.msg_controllen = more.size();
-    const ssize_t size = recvmsg(socket_, &message, 0);
-    if (size < 0 && errno != EAGAIN) note_failure(errno);
-    if (size != static_cast<ssize_t>(sizeof in)) return false;
-
-    frame = {};
-    for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
-      if (part->cmsg_level != SOL_SOCKET) continue;
-      if (part->cmsg_type == SO_TIMESTAMPNS) {
-        timespec stamp{};
-        std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-        frame.stamp_ns = to_ns(stamp) + stamp_offset_ns_;
-      } else if (part->cmsg_type == SO_RXQ_OVFL) {
-        std::uint32_t lost = 0;
-        std::memcpy(&lost, CMSG_DATA(part), sizeof lost);
-        health_.rx_overflows += lost - lost_by_kernel_;  // the kernel's count goes on for ever
-        lost_by_kernel_ = lost;
-      }
-    }
-    frame.is_error = (in.can_id & CAN_ERR_FLAG) != 0;
-    frame.is_remote = !frame.is_error && (in.can_id & CAN_RTR_FLAG) != 0;
-    frame.id = in.can_id & (frame.is_error ? CAN_ERR_MASK : CAN_SFF_MASK);
-    frame.size = std::min<std::uint8_t>(in.can_dlc, CAN_MAX_DLEN);
-    std::copy(std::begin(in.data), std::end(in.data), frame.data.begin());
+    if (next_ == received_count_ && !fetch()) return false;
+    const Received& received = received_[next_++];
+    frame = received.frame;
+    health_.rx_overflows += received.lost - lost_by_kernel_;  // the kernel's count goes on for ever
+    lost_by_kernel_ = received.lost;
     if (!frame.is_error) return true;
     count_errors(health_, decode_errors(frame));
   }

@@ -2,8 +2,10 @@
 // within two periods, and the record says why. And nothing moves again before it was reset and asked for.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 
+#include "hal/canopen/axis_pdos.hpp"
 #include "hal/canopen/bytes.hpp"
 #include "hal/canopen/objects.hpp"
 #include "tests/support/can_recorder.hpp"
@@ -282,6 +284,28 @@ TEST_P(CanopenFaultTest, CommandsThatWereRefusedAreSentAgain) {
       EXPECT_NEAR(units, -0.5 * robot->config.axis[i].velocity_units_per_rad_per_s, 1) << i;
     }
   }
+  EXPECT_EQ(robot->feedback.state, ArmState::kEnabled);
+}
+
+// A queue that is full in the middle of them: the others are sent again, and those that went out are not.
+TEST_P(CanopenFaultTest, OfCommandsTheRefusedOnesAreSentAgain) {
+  ASSERT_TRUE(robot->move());
+  robot->commands = false;
+  robot->period();
+  robot->master_port().set_room(3);
+  robot->arm.command({-0.5, -0.5, -0.5, -0.5, -0.5, -0.5, -0.5});
+  EXPECT_EQ(robot->master_port().health().tx_refused, 4U);
+  robot->master_port().set_full(false);
+  (void)robot->heard();
+  robot->run(1);
+  std::array<int, 7> sent{};
+  for (const CanFrame& frame : robot->heard()) {
+    for (std::size_t i = 0; i < 7; ++i) {
+      if (frame.id == axis_pdos(robot->config, static_cast<int>(i)).target.cob_id) ++sent[i];
+    }
+  }
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(sent[i], i < 3 ? 0 : 1) << i;
+  EXPECT_EQ(robot->master_port().health().tx_refused, 4U);
   EXPECT_EQ(robot->feedback.state, ArmState::kEnabled);
 }
 

@@ -2,12 +2,20 @@
 #include "hal/canopen/socket_can.hpp"
 
 #include <gtest/gtest.h>
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <ctime>
 #include <set>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "tests/support/can_recorder.hpp"
 
@@ -37,6 +45,11 @@ TEST(SocketCanTest, AClosedSocketIsABusThatIsDown) {
   EXPECT_FALSE(socket.send(can_frame(0x123, {1})));
   EXPECT_EQ(socket.health().state, BusState::kDown);
   EXPECT_EQ(socket.health().tx_failed, 1U);
+  const std::vector<CanFrame> three(3, can_frame(0x123, {1}));
+  EXPECT_EQ(socket.send(three), 0U);
+  EXPECT_EQ(socket.health().tx_failed, 4U);
+  EXPECT_EQ(socket.send(std::span<const CanFrame>()), 0U);
+  EXPECT_EQ(socket.health().tx_failed, 4U);
 }
 
 class VirtualCanTest : public ::testing::Test {
@@ -82,6 +95,65 @@ TEST_F(VirtualCanTest, CountsWhatTheKernelThrewAway) {
   ASSERT_TRUE(ours.receive(frame));  // brings the count
   EXPECT_LT(received, 5000);
   EXPECT_GT(ours.health().rx_overflows, 0U);
+}
+
+// Fewer, as many as and more than are taken from the kernel in a call.
+TEST_F(VirtualCanTest, SeveralInACallKeepTheirOrder) {
+  for (const int count : {1, 15, 16, 17, 32, 100}) {
+    std::vector<CanFrame> frames;
+    for (int i = 0; i < count; ++i) frames.push_back(can_frame(0x181, {i, count}));
+    ASSERT_EQ(theirs.send(frames), frames.size());
+    CanFrame frame;
+    for (int i = 0; i < count; ++i) {
+      ASSERT_TRUE(ours.receive(frame)) << i << " of " << count;
+      EXPECT_EQ(frame.data[0], i);
+      EXPECT_EQ(frame.data[1], count);
+      EXPECT_NE(frame.stamp_ns, 0);
+    }
+    EXPECT_FALSE(ours.receive(frame)) << count;
+    // Now something is there again.
+    ASSERT_TRUE(theirs.send(can_frame(0x181, {77})));
+    ASSERT_TRUE(ours.receive(frame)) << count;
+    EXPECT_EQ(frame.data[0], 77);
+    EXPECT_FALSE(ours.receive(frame));
+  }
+  EXPECT_EQ(ours.health().rx_overflows, 0U);
+}
+
+TEST_F(VirtualCanTest, ErrorFramesCountWhenTheirTurnComes) {
+  const int raw = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
+  ASSERT_GE(raw, 0);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(if_nametoindex("vcan0"));
+  ASSERT_EQ(bind(raw, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  struct can_frame error {};
+  error.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF;
+  error.can_dlc = CAN_ERR_DLC;
+  ASSERT_TRUE(theirs.send(can_frame(0x181, {1})));
+  ASSERT_EQ(write(raw, &error, sizeof error), static_cast<ssize_t>(sizeof error));
+  ASSERT_TRUE(theirs.send(can_frame(0x181, {2})));
+  close(raw);
+  CanFrame frame;
+  ASSERT_TRUE(ours.receive(frame));
+  EXPECT_EQ(frame.data[0], 1);
+  EXPECT_EQ(ours.health().error_frames, 0U);
+  ASSERT_TRUE(ours.receive(frame));
+  EXPECT_EQ(frame.data[0], 2);
+  EXPECT_EQ(ours.health().bus_offs, 1U);
+  EXPECT_EQ(ours.health().state, BusState::kOff);
+  EXPECT_FALSE(ours.receive(frame));
+}
+
+TEST_F(VirtualCanTest, WhatWasNotTakenIsForgottenByClosing) {
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(theirs.send(can_frame(0x181, {i})));
+  CanFrame frame;
+  ASSERT_TRUE(ours.receive(frame));
+  ours.close();
+  EXPECT_FALSE(ours.receive(frame));
+  const CanFilter all{0, 0};
+  ASSERT_EQ(ours.open("vcan0", std::span(&all, 1)), SocketStep::kOk);
+  EXPECT_FALSE(ours.receive(frame));
 }
 
 }  // namespace

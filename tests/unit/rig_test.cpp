@@ -2,13 +2,16 @@
 // cameras give them, motors by pulses, and scenarios.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
+#include <vector>
 
 #include "tools/io/input_error.hpp"
 #include "tools/rig/fault_judge.hpp"
 #include "tools/rig/picture_schedule.hpp"
 #include "tools/rig/rig_scenario.hpp"
 #include "tools/rig/rig_world.hpp"
+#include "tools/rig/sway.hpp"
 #include "tools/rig/trace_reader.hpp"
 #include "tools/rig/yuyv.hpp"
 
@@ -171,9 +174,24 @@ TEST(RigScenarios, RefuseWhatNobodyKnows) {
   EXPECT_THROW((void)read("[[fault]]\nkind = 'bus-off'\nat_s = 1\njoint = 8\n"), tools::InputError);
   EXPECT_THROW((void)read("speed = 1\n"), tools::InputError);
   EXPECT_THROW((void)read("start = 'aside'\n"), tools::InputError);
+  EXPECT_THROW((void)read("[[sway]]\njoint = 0\namplitude_rad = 0.1\nomega_rad_s = 1\n"), tools::InputError);
   // Over before it can be seen.
   EXPECT_THROW((void)read("[[fault]]\nkind = 'target-absent'\nat_s = 1\nfor_s = 0.2\nexpect = 'rest'\n"),
                tools::InputError);
+}
+
+TEST(RigSway, AddsUpAndHasItsVelocity) {
+  const std::vector<Sway> sways = {{3, 0.1, 2}, {5, 1, 1}, {3, 0.05, 7}};
+  EXPECT_EQ(swayed(sways, 2, 0.4, 1.3).position_rad, 0.4);
+  EXPECT_EQ(swayed(sways, 2, 0.4, 1.3).velocity_rad_per_s, 0);
+  EXPECT_EQ(swayed(sways, 3, 0.4, 0).position_rad, 0.4);
+  constexpr double kStep_s = 1e-6;
+  for (double t_s = 0; t_s < 3; t_s += 0.1) {
+    const plant::JointState at = swayed(sways, 3, 0.4, t_s);
+    EXPECT_NEAR(at.position_rad, 0.4 + 0.1 * std::sin(2 * t_s) + 0.05 * std::sin(7 * t_s), 1e-12);
+    const double later_rad = swayed(sways, 3, 0.4, t_s + kStep_s).position_rad;
+    EXPECT_NEAR(at.velocity_rad_per_s, (later_rad - at.position_rad) / kStep_s, 1e-5);
+  }
 }
 
 // A target that is gone from 2 to 4 s, in a run of 6 s; the hand is to rest within 0.5 s and to go on

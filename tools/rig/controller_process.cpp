@@ -2,9 +2,11 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -32,17 +34,17 @@ void ControllerProcess::start() {
   std::vector<char*> arguments;
   for (std::string& argument : command_) arguments.push_back(argument.data());
   arguments.push_back(nullptr);
-  const int out = ::open(log_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (out < 0) fail_with_errno(log_.string());
-  process_ = fork();
-  if (process_ == 0) {
-    dup2(out, STDOUT_FILENO);
-    dup2(out, STDERR_FILENO);
-    execvp(arguments[0], arguments.data());
-    _exit(127);
+  // Not by fork(): afterwards each page of the plant would be copied when it is written to.
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log_.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+  posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+  errno = posix_spawnp(&process_, arguments[0], &files, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  if (errno != 0) {
+    process_ = -1;
+    fail_with_errno(command_[0]);
   }
-  ::close(out);
-  if (process_ < 0) fail_with_errno(command_[0]);
 }
 
 void ControllerProcess::send_signal(int signal) const {

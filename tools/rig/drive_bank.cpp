@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "hal/canopen/axis_pdos.hpp"
 #include "hal/clock.hpp"
@@ -85,6 +86,12 @@ bool DriveBank::is_any_enabled() const {
                      [](const auto& drive) { return drive.state() == DriveState::kOperationEnabled; });
 }
 
+void DriveBank::sway(std::vector<Sway> sways) {
+  sways_ = std::move(sways);
+  sway_start_rad_ = position_rad_;
+  sway_start_ns_ = now_ns_;
+}
+
 void DriveBank::move_to(std::int64_t now_ns) {
   const double dt_s = seconds(now_ns - now_ns_);
   now_ns_ = now_ns;
@@ -102,6 +109,9 @@ void DriveBank::move_to(std::int64_t now_ns) {
       const bool drives = state == DriveState::kQuickStopActive || state == DriveState::kFaultReaction;
       if (drives && told > 0) motor.quick_stop_rad_per_s2 = std::min(told, motor.quick_stop_rad_per_s2);
       plant::brake(motor, 0, dt_s, joint);
+    }
+    if (!sways_.empty() && !is_any_enabled()) {
+      joint = swayed(sways_, i, sway_start_rad_[i], seconds(now_ns_ - sway_start_ns_));
     }
     if (plant::keep_between_stops(motor, joint)) ends_hit_ |= 1U << i;
     position_rad_[i] = joint.position_rad;
@@ -124,7 +134,6 @@ void DriveBank::count(const CanFrame& frame, std::int64_t now_ns) {
 }
 
 void DriveBank::receive(std::int64_t now_ns) {
-  bus_.process(now_ns);
   CanFrame frame;
   bool synced = false;
   while (bus_.receive(frame)) {
@@ -140,25 +149,31 @@ void DriveBank::receive(std::int64_t now_ns) {
     lie.id = canopen::axis_pdos(config_, static_cast<int>(*impostor_)).position.cob_id;
     lie.size = 4;
     lie.data = {0xEF, 0xBE, 0xAD, 0x0E};
-    if (bus_.send(lie)) ++counts_.sent;
+    out_.push_back(lie);
   }
+  send_all();
+}
+
+// In one call for all drives: each call is dear in User Mode Linux. A virtual bus is never full.
+void DriveBank::send_all() {
+  counts_.sent += bus_.send(out_);
+  out_.clear();
 }
 
 void DriveBank::say(std::int64_t now_ns) {
   if (!bus_is_on_) return;
-  struct CountingBus {
-    canopen::SocketCan& bus;
-    std::uint64_t& sent;
+  struct Outbox {
+    std::vector<CanFrame>& frames;
     void process(std::int64_t) {}
     bool send(const CanFrame& frame) {
-      const bool taken = bus.send(frame);
-      sent += taken ? 1 : 0;
-      return taken;
+      frames.push_back(frame);
+      return true;
     }
     bool receive(CanFrame&) { return false; }
-    [[nodiscard]] const canopen::CanHealth& health() const { return bus.health(); }
-  } counting{bus_, counts_.sent};
-  const canopen::FrameSink sink(counting);
+    [[nodiscard]] const canopen::CanHealth& health() const { return well; }
+    canopen::CanHealth well;
+  } outbox{out_, {}};
+  const canopen::FrameSink sink(outbox);
   for (std::size_t i = 0; i < count_; ++i) drives_[i].process(now_ns, sink);
 }
 
@@ -166,7 +181,8 @@ void DriveBank::advance(std::int64_t now_ns) {
   move_to(now_ns);
   if (bus_is_on_) {
     say(now_ns);
-    for (int i = 0; i < foreign_per_ms_; ++i) send_foreign();
+    for (int i = 0; i < foreign_per_ms_; ++i) add_foreign();
+    send_all();
     return;
   }
   // Cut off, drives go on by themselves: they miss SYNC and heartbeat.
@@ -180,14 +196,14 @@ void DriveBank::advance(std::int64_t now_ns) {
   for (std::size_t i = 0; i < count_; ++i) drives_[i].process(now_ns, canopen::FrameSink(nowhere));
 }
 
-void DriveBank::send_foreign() {
+void DriveBank::add_foreign() {
   // Identifiers that nobody of the arm has, from the most urgent to the least.
   constexpr std::uint32_t kIds[] = {0x010, 0x0F0, 0x170, 0x3F0, 0x4F0, 0x7F0};
   CanFrame frame;
   frame.id = kIds[foreign_number_++ % std::size(kIds)];
   frame.size = 8;
   frame.data.fill(static_cast<std::uint8_t>(foreign_number_));
-  if (bus_.send(frame)) ++counts_.sent;
+  out_.push_back(frame);
 }
 
 void DriveBank::send_error_frame(std::uint32_t error_class) const {

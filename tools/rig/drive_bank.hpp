@@ -13,6 +13,7 @@
 #include "hal/canopen/socket_can.hpp"
 #include "tools/plant/arm_servo.hpp"
 #include "tools/rig/file_handle.hpp"
+#include "tools/rig/sway.hpp"
 
 namespace vergence::rig {
 
@@ -46,6 +47,9 @@ class DriveBank {
   [[nodiscard]] const BusCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t joints() const { return count_; }
 
+  // From now on somebody moves joints by hand, as long as drives are off.
+  void sway(std::vector<Sway> sways);
+
   // Faults.
   [[nodiscard]] canopen::SimulatedDrive& drive(std::size_t joint) { return drives_[joint]; }
   // The controller's interface is told that it is bus-off, and nothing passes until it is on again.
@@ -58,19 +62,24 @@ class DriveBank {
  private:
   void move_to(std::int64_t now_ns);
   void say(std::int64_t now_ns);
+  void send_all();
   void count(const canopen::CanFrame& frame, std::int64_t now_ns);
   void send_error_frame(std::uint32_t error_class) const;
-  void send_foreign();
+  void add_foreign();
 
   canopen::CanopenArmConfig config_;
   std::size_t count_ = 0;
   canopen::SocketCan bus_;
-  FileHandle raw_;  // for error frames, which no drive sends
+  std::vector<canopen::CanFrame> out_;  // to be sent together
+  FileHandle raw_;                      // for error frames, which no drive sends
   std::array<canopen::SimulatedDrive, kMaxJoints> drives_{};
   std::array<plant::JointDrive, kMaxJoints> motors_{};
   plant::JointArray position_rad_{};
   plant::JointArray velocity_rad_per_s_{};
   std::int64_t now_ns_ = 0;
+  std::vector<Sway> sways_;
+  plant::JointArray sway_start_rad_{};
+  std::int64_t sway_start_ns_ = 0;
   unsigned ends_hit_ = 0;
   BusCounts counts_;
 

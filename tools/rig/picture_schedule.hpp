@@ -34,7 +34,8 @@ class PictureSchedule {
     return true;
   }
 
-  // Also stamp_to_mid_exposure_ms of the robots' configurations.
+  // At most. Captures come a few microseconds after a whole millisecond, so that it is 8 ms and those: what
+  // stamp_to_mid_exposure_ms of the robots' configurations says.
   static constexpr std::int64_t kLead_ns = 9'000'000;
 
  private:

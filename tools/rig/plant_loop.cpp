@@ -1,6 +1,7 @@
 #include "tools/rig/plant_loop.hpp"
 
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -26,6 +27,7 @@ namespace {
 
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr std::int64_t kTicksARow = 10;
+constexpr std::int64_t kTicksToTrace = 5;
 constexpr std::int64_t kTicksToRhythm = 1000;
 constexpr double kCameraPeriods_per_s = 60;
 constexpr std::size_t kAims = 10;               // rows: the target's drift is taken over a tenth of a second
@@ -98,6 +100,13 @@ void start_ticking(const FileHandle& timer, std::int64_t first_ns) {
   if (timerfd_settime(timer.get(), TFD_TIMER_ABSTIME, &when, nullptr) != 0) fail_with_errno("timer");
 }
 
+// Woken by a frame, it does not take the processor from who sends the others of the same cycle: it finds all
+// of them at once. Not so what it starts.
+void wake_politely() {
+  const sched_param none{};
+  if (sched_setscheduler(0, SCHED_BATCH | SCHED_RESET_ON_FORK, &none) != 0) fail_with_errno("SCHED_BATCH");
+}
+
 void step_clock(double by_s) {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
@@ -107,11 +116,11 @@ void step_clock(double by_s) {
 
 }  // namespace
 
-void PictureAges::add(std::int64_t age_ns) {
-  least_ns = pictures == 0 ? age_ns : std::min(least_ns, age_ns);
-  most_ns = std::max(most_ns, age_ns);
-  sum_ns += age_ns;
-  ++pictures;
+std::optional<PictureAges::Spread> PictureAges::spread() const {
+  if (ages_ns_.empty()) return std::nullopt;
+  std::vector<std::int64_t> sorted = ages_ns_;
+  std::sort(sorted.begin(), sorted.end());
+  return Spread{sorted.front(), sorted[sorted.size() / 2], sorted.back()};
 }
 
 PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config,
@@ -134,25 +143,28 @@ PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config
       phases_(scenario.faults.size(), Phase::kWaiting),
       schedules_{PictureSchedule(idle_ns(scenario)), PictureSchedule(idle_ns(scenario))},
       minors_{minor_of(kCameras[0]), minor_of(kCameras[1])},
-      tool_W_mm_(world_.T_W_H(drives_.position_rad()) * config.robot.tool_mm) {}
+      tool_W_mm_(world_.T_W_H(drives_.position_rad()) * config.robot.tool_mm) {
+  drives_.sway(scenario.sways);
+}
 
 void PlantLoop::run() {
   const FileHandle timer(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
   if (!timer.is_open()) fail_with_errno("timer");
+  wake_politely();
   sleep_until(start_ns_ - kTick_ns);
   controller_.start();
   start_ticking(timer, start_ns_);
   const std::int64_t ticks = std::llround(scenario_.duration_s * 1e9) / kTick_ns;
-  // The trace is read each millisecond: to be woken by each of its lines would cost more than all else.
+  // The trace is read by the clock: to be woken by each of its lines would cost more than all else.
   std::array<pollfd, 2> entries{pollfd{drives_.handle_to_poll(), POLLIN, 0}, pollfd{timer.get(), POLLIN, 0}};
   while (tick_ <= ticks) {
     if (poll(entries.data(), entries.size(), -1) < 0 && errno != EINTR) fail_with_errno("poll");
     if (entries[0].revents != 0) drives_.receive(monotonic_ns());
     std::uint64_t due = 0;
-    if (read(timer.get(), &due, sizeof due) != static_cast<ssize_t>(sizeof due)) continue;
-    worst_lateness_ns_ =
-        std::max(worst_lateness_ns_,
-                 monotonic_ns() - (start_ns_ + (tick_ + static_cast<std::int64_t>(due) - 1) * kTick_ns));
+    if (entries[1].revents == 0 || read(timer.get(), &due, sizeof due) != static_cast<ssize_t>(sizeof due)) {
+      continue;
+    }
+    most_ticks_late_ = std::max(most_ticks_late_, static_cast<std::int64_t>(due) - 1);
     for (; due > 0 && tick_ <= ticks; --due) tick(tick_++);
     if (const auto trouble = feed_.trouble()) throw RigError(*trouble);
   }
@@ -179,9 +191,10 @@ void PlantLoop::keep_out_of_step(std::size_t captured_side) {
   feed_.act(1 - side, CameraAction::kDropNone);
 }
 
-void PlantLoop::show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H) {
+void PlantLoop::show_pictures(const std::array<bool, 2>& due, std::int64_t now_ns, double t_s,
+                              const Transform& T_W_H) {
   for (int side = 0; side < 2; ++side) {
-    if (!schedules_[static_cast<std::size_t>(side)].is_due(now_ns)) continue;
+    if (!due[static_cast<std::size_t>(side)]) continue;
     shown_ns_[static_cast<std::size_t>(side)] = now_ns;
     feed_.show(side, world_.state(t_s, T_W_H, eyes_.angles()),
                render::hash(world_.scene().seed, pictures_++));
@@ -191,10 +204,15 @@ void PlantLoop::show_pictures(std::int64_t now_ns, double t_s, const Transform& 
 void PlantLoop::tick(std::int64_t tick) {
   const std::int64_t t_ns = tick * kTick_ns;
   const double t_s = seconds(t_ns);
-  take_trace();
+  const std::array<bool, 2> due = {schedules_[0].is_due(start_ns_ + t_ns),
+                                   schedules_[1].is_due(start_ns_ + t_ns)};
+  // For whoever looks at the eyes now, a row or a picture; and soon enough for the next picture's rhythm.
+  if (tick % kTicksToTrace == 0 || due[0] || due[1]) {
+    take_trace();
+    eyes_.advance(start_ns_ + t_ns);
+  }
   keep_faults(t_s);
   drives_.advance(start_ns_ + t_ns);
-  eyes_.advance(start_ns_ + t_ns);
 
   const Transform T_W_H = world_.T_W_H(drives_.position_rad());
   const Vector3 tool = T_W_H * config_.robot.tool_mm;
@@ -208,7 +226,7 @@ void PlantLoop::tick(std::int64_t tick) {
               tick % kTicksARow == 0 && is_pen_let_go(t_s));
   }
 
-  show_pictures(start_ns_ + t_ns, t_s, T_W_H);
+  show_pictures(due, start_ns_ + t_ns, t_s, T_W_H);
   if (tick % kTicksARow == 0) {
     const auto active = std::count(phases_.begin(), phases_.end(), Phase::kActive);
     add_row(log_, {t_s, std::exchange(fastest_mm_per_s_, 0), static_cast<int>(active), pictures_, start_ns_},

@@ -28,14 +28,21 @@
 
 namespace vergence::rig {
 
-// How old pictures were at their stamps.
-struct PictureAges {
-  std::int64_t pictures = 0;
-  std::int64_t sum_ns = 0;
-  std::int64_t least_ns = 0;
-  std::int64_t most_ns = 0;
+// How old pictures were at their stamps. Where the camera's rhythm changes, one is shown twice, and older.
+class PictureAges {
+ public:
+  void add(std::int64_t age_ns) { ages_ns_.push_back(age_ns); }
 
-  void add(std::int64_t age_ns);
+  struct Spread {
+    std::int64_t least_ns = 0;
+    std::int64_t median_ns = 0;
+    std::int64_t most_ns = 0;
+  };
+  // Empty where there were none.
+  [[nodiscard]] std::optional<Spread> spread() const;
+
+ private:
+  std::vector<std::int64_t> ages_ns_;
 };
 
 class PlantLoop {
@@ -55,7 +62,7 @@ class PlantLoop {
   [[nodiscard]] const DriveBank& drives() const { return drives_; }
   [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
   [[nodiscard]] std::int64_t start_ns() const { return start_ns_; }
-  [[nodiscard]] std::int64_t worst_lateness_ns() const { return worst_lateness_ns_; }
+  [[nodiscard]] std::int64_t most_ticks_late() const { return most_ticks_late_; }
 
  private:
   enum class Phase {
@@ -72,7 +79,7 @@ class PlantLoop {
   void end(const FaultEvent& fault);
   void take_trace();
   void keep_out_of_step(std::size_t captured_side);
-  void show_pictures(std::int64_t now_ns, double t_s, const Transform& T_W_H);
+  void show_pictures(const std::array<bool, 2>& due, std::int64_t now_ns, double t_s, const Transform& T_W_H);
 
   RigScenario scenario_;
   const ControllerConfig& config_;
@@ -103,7 +110,7 @@ class PlantLoop {
   bool out_of_step_ = false;
   std::int64_t tick_ = 0;
   std::uint64_t pictures_ = 0;
-  std::int64_t worst_lateness_ns_ = 0;
+  std::int64_t most_ticks_late_ = 0;
   Vector3 tool_W_mm_ = Vector3::Zero();
   double fastest_mm_per_s_ = 0;
 };

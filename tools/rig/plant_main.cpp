@@ -1,6 +1,8 @@
 // vergence_rig_plant: the simulated robot behind the kernel's cameras, CAN interface and GPIO lines; runs a
 // scenario against a controller, and judges by what the motors did.
 #include <malloc.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -101,15 +103,15 @@ std::vector<std::string> notes_of(PlantLoop& plant, int controller_status) {
                   wide(pulses.setup_ns / 1000));
     notes.emplace_back(text.data());
   }
-  const PictureAges& ages = plant.ages();
-  if (ages.pictures > 0) {
-    std::snprintf(text.data(), text.size(), "pictures at their stamps: %.3f ms old, %.3f to %.3f",
-                  static_cast<double>(ages.sum_ns) / static_cast<double>(ages.pictures) * 1e-6,
-                  static_cast<double>(ages.least_ns) * 1e-6, static_cast<double>(ages.most_ns) * 1e-6);
+  if (const auto ages = plant.ages().spread()) {
+    std::snprintf(text.data(), text.size(),
+                  "pictures at their stamps: %.3f ms old in the middle, %.3f to %.3f",
+                  static_cast<double>(ages->median_ns) * 1e-6, static_cast<double>(ages->least_ns) * 1e-6,
+                  static_cast<double>(ages->most_ns) * 1e-6);
     notes.emplace_back(text.data());
   }
-  std::snprintf(text.data(), text.size(), "the plant was %lld us late at worst; the controller ended with %d",
-                wide(plant.worst_lateness_ns() / 1000), controller_status);
+  std::snprintf(text.data(), text.size(), "the plant was %lld ms late at worst; the controller ended with %d",
+                wide(plant.most_ticks_late()), controller_status);
   notes.emplace_back(text.data());
   return notes;
 }
@@ -130,12 +132,21 @@ bool is_left_dead(const RigScenario& scenario) {
   });
 }
 
-// Memory once taken is kept: in User Mode Linux each fresh page costs a tenth of a millisecond, and every
-// picture would take a thousand of them anew.
+// Memory is taken at once, and kept: in User Mode Linux each page that is touched first costs up to a
+// millisecond, and every picture would take a thousand of them anew.
 void keep_memory() {
-  (void)mallopt(M_MMAP_THRESHOLD, 32 << 20);  // no more is allowed
+  constexpr std::size_t kHeap = std::size_t{192} << 20;
+  (void)mallopt(M_MMAP_MAX, 0);
   (void)mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
   (void)mallopt(M_ARENA_MAX, 1);
+  (void)mallopt(M_TOP_PAD, kHeap);
+  void* volatile block = std::malloc(1 << 20);  // which the compiler must not leave out
+  std::free(block);
+  char* const begin = static_cast<char*>(sbrk(0)) - kHeap;  // on a page: malloc() ends its heap on one
+  // A change of what is allowed maps all pages that are there on the host, many in a call.
+  if (madvise(begin, kHeap, MADV_POPULATE_WRITE) == 0 && mprotect(begin, kHeap, PROT_READ) == 0) {
+    (void)mprotect(begin, kHeap, PROT_READ | PROT_WRITE);
+  }
 }
 
 int run(const Options& options) {

@@ -79,9 +79,26 @@ FaultEvent fault_of(const tools::TomlReader& table) {
 
 RigScenario read_scenario(const std::filesystem::path& file) {
   const tools::TomlReader root = tools::TomlReader::from_file(file);
-  root.allow_only({"title", "description", "robot", "program", "arguments", "scene", "duration_s",
-                   "frames_per_s", "patient_operator", "settle_s", "hand_rms_mm", "start", "pen_from_s",
-                   "arm_rests", "eye_steps", "operator", "fault"});
+  root.allow_only({"title",
+                   "description",
+                   "robot",
+                   "program",
+                   "arguments",
+                   "scene",
+                   "duration_s",
+                   "frames_per_s",
+                   "patient_operator",
+                   "settle_s",
+                   "hand_rms_mm",
+                   "start",
+                   "pen_from_s",
+                   "arm_rests",
+                   "eye_steps",
+                   "stamp_to_mid_exposure_ms",
+                   "judge",
+                   "sway",
+                   "operator",
+                   "fault"});
   constexpr tools::Range kTime{0, 1e4};
   RigScenario scenario;
   scenario.name = file.stem().string();
@@ -103,6 +120,11 @@ RigScenario read_scenario(const std::filesystem::path& file) {
   for (const tools::TomlReader& table : root.tables("operator", true)) {
     table.allow_only({"at_s", "say"});
     scenario.operators.push_back({table.number("at_s", kTime), table.text("say")});
+  }
+  for (const tools::TomlReader& table : root.tables("sway", true)) {
+    table.allow_only({"joint", "amplitude_rad", "omega_rad_s"});
+    scenario.sways.push_back({static_cast<std::size_t>(table.integer("joint", 1, kMaxJoints) - 1),
+                              table.number("amplitude_rad", {0, 1}), table.number("omega_rad_s", {0, 100})});
   }
   for (const tools::TomlReader& table : root.tables("fault", true))
     scenario.faults.push_back(fault_of(table));

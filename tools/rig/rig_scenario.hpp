@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/rig/sway.hpp"
+
 namespace vergence::rig {
 
 enum class FaultKind {
@@ -67,6 +69,7 @@ struct RigScenario {
   bool patient_operator = true;
   std::vector<OperatorEvent> operators;
   std::vector<FaultEvent> faults;  // by rising time
+  std::vector<Sway> sways;         // while drives are off
   double settle_s = 3;             // from then on errors of the hand count
   double hand_rms_mm = 0;          // that is wanted; 0: none in particular
   bool arm_rests = false;          // drives stay off, the bus is only read from, the eyes do no more than:

@@ -1,5 +1,7 @@
 #!/bin/bash
 # What must keep the controller from starting, or from moving: each is refused with its reason, and no drive is enabled.
+# robot: moving_eyes
+# scene: ../scenes/marker.toml
 set -uo pipefail
 daemon=$RIG_BUILD/bin/vergenced
 robot=$RIG_OUT/robot
@@ -20,12 +22,6 @@ expect() {
 # As long as it takes to come up; in virtual time that is never long.
 run_for_2s() { timeout -s TERM 2 "$daemon" --realtime=ignore --config "$robot/robot.vcfg"; }
 
-rm -rf "$robot"
-"$RIG_BUILD/bin/vergence" render "$RIG/scenes/marker.toml" -o "$robot" --frames 1 >/dev/null || exit 1
-script=$(mktemp)
-for name in ${!RIG_*}; do printf 's|@%s@|%s|g\n' "$name" "${!name}"; done >"$script"
-sed -f "$script" "$RIG/robots/moving_eyes.toml" >"$robot/robot.toml"
-"$RIG_BUILD/bin/vergence" config build "$robot/robot.toml" -o "$robot/robot.vcfg" >/dev/null || exit 1
 mkdir -p /run/vergence /var/lib/vergence
 
 # Configurations.
