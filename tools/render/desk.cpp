@@ -31,6 +31,8 @@ DeskLoan::DeskLoan() {
 }
 
 DeskLoan::~DeskLoan() {
+  // Left in the middle of a picture it is not as the next one expects it.
+  if (std::uncaught_exceptions() > exceptions_) return;
   FreeDesks& free = free_desks();
   const std::scoped_lock lock(free.mutex);
   free.desks.push_back(std::move(desk_));

@@ -1,6 +1,7 @@
 // The memory a picture is made in. It is kept for the next one: fresh pages take as long as drawing on them.
 #pragma once
 
+#include <exception>
 #include <memory>
 #include <vector>
 
@@ -31,6 +32,7 @@ class DeskLoan {
 
  private:
   std::unique_ptr<Desk> desk_;
+  int exceptions_ = std::uncaught_exceptions();
 };
 
 }  // namespace vergence::render
