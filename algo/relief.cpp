@@ -37,6 +37,7 @@ constexpr double kMaxRelief_mm = 80;
 constexpr double kMaxStep_mm = 8;
 constexpr double kMaxTurn_rad = 0.05;
 constexpr int kPoseSteps = 2;
+constexpr int kFlatSteps = 6;
 constexpr double kShare = 0.6;  // of a step of depth, at full resolution
 
 // Depths tried: all of them each frame at first, then some each frame.
@@ -297,15 +298,30 @@ double Relief::cost_in_use(const StereoRig& rig, const ColourPyramid& left, cons
   return cost();
 }
 
+// Of the flat model, from the pose T_H_M on; leaves its pose in T_H_F_.
+double Relief::flat_cost(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                         int level, const PhotoModel& model, const Transform& T_H_M) {
+  Points& flat = before_z_mm_;
+  flat.fill(0);
+  T_H_F_ = T_H_M;
+  for (int step = 0; step < kFlatSteps; ++step) {
+    look(rig, left, right, level, model, flat, T_H_F_);
+    linearise(model, level);
+    move_by(solve_pose(), T_H_F_);
+  }
+  look(rig, left, right, level, model, flat, T_H_F_);
+  return cost();
+}
+
 double Relief::spread_mm() const {
   double squares = 0;
   for (int i = 0; i < points_; ++i) squares += is_target_[at(i)] * z_mm_[at(i)] * z_mm_[at(i)];
   return std::sqrt(squares / (target_points_ > 1 ? target_points_ : 1));
 }
 
-bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                     const PhotoModel& model, const Transform& T_H_M) {
-  if (!learning()) return false;
+ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                             const PhotoModel& model, const Transform& T_H_M) {
+  if (!learning()) return ReliefAdvice::kKeep;
   if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
   Transform T_H_C = T_H_M * T_M_C_;
   if (frames_ == 0) {
@@ -323,13 +339,17 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
     } else {
       forget_depths();
     }
-    return good;
+    return good ? ReliefAdvice::kAdopt : ReliefAdvice::kKeep;
   }
   const bool half = frames_ < kHalfFrames;
   const int level = half ? 1 : 0;
 
   // The model in use explains this frame so well:
   const double in_use = cost_in_use(rig, left, right, level, model, T_H_M);
+  const bool adopted = state_ == ReliefState::kAdopted;
+  // A relief that was adopted at a wrong pose explains that. At the right one the flat model may do as well.
+  const bool flat_will_do =
+      is_young() && (in_use > kClearlyBetter * flat_cost(rig, left, right, level, model, T_H_M)) & adopted;
   // And what was learned from earlier ones, after its pose has settled on this one:
   for (int step = 0; step < kPoseSteps; ++step) {
     look(rig, left, right, level, model, z_mm_, T_H_C);
@@ -338,7 +358,6 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
   }
   look(rig, left, right, level, model, z_mm_, T_H_C);
   const double learned = cost();
-  const bool adopted = state_ == ReliefState::kAdopted;
   const double limit = adopted ? kAnyBetter : kClearlyBetter;
   const bool better = (learned < limit * in_use) & (adopted | (in_use - learned > kLeastGain));
   better_ = better ? better_ + 1 : 0;
@@ -354,7 +373,9 @@ bool Relief::observe(const StereoRig& rig, const ColourPyramid& left, const Colo
   T_M_C_ = T_H_M.inverse() * T_H_C;
   const int in_a_row = adopted && is_young() ? 1 : kBetterInARow;
   ++frames_;
-  return better_ >= in_a_row && spread_mm() >= kLeastSpread_mm;
+  if (flat_will_do) return ReliefAdvice::kGiveBack;
+  const bool adopt = better_ >= in_a_row && spread_mm() >= kLeastSpread_mm;
+  return adopt ? ReliefAdvice::kAdopt : ReliefAdvice::kKeep;
 }
 
 void Relief::give_back(PhotoModel& model) {

@@ -29,6 +29,12 @@ enum class ReliefState : std::uint8_t {
 
 [[nodiscard]] const char* to_string(ReliefState state);
 
+enum class ReliefAdvice : std::uint8_t {
+  kKeep,      // the model as it is
+  kAdopt,     // what was learned is better: adopt()
+  kGiveBack,  // the flat model is as good after all: give_back()
+};
+
 // What the solver needs to know of a point. u and v are pixel coordinates at the level it was sampled at.
 struct ReliefSample {
   alignas(16) std::array<float, 4> value{};    // luma, 2 cb, 2 cr, 0
@@ -46,10 +52,11 @@ class Relief {
   // Starts from the flat model: who neighbours whom, which points look like background.
   void start(const PhotoModel& flat);
 
-  // Learns from a frame on which the target was found at T_H_M with `model`. Returns whether what was learned
-  // by then is worth adopting. The same work for every image.
-  [[nodiscard]] bool observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                             const PhotoModel& model, const Transform& T_H_M);
+  // Learns from a frame on which the target was found at T_H_M with `model`, and says what is worth doing.
+  // The same work for every image.
+  [[nodiscard]] ReliefAdvice observe(const StereoRig& rig, const ColourPyramid& left,
+                                     const ColourPyramid& right, const PhotoModel& model,
+                                     const Transform& T_H_M);
 
   // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
   void adopt(PhotoModel& model, Transform& T_H_M);
@@ -58,6 +65,8 @@ class Relief {
   void drop();
   // Forgets what was adopted as well, and makes `model` flat again.
   void give_back(PhotoModel& model);
+  // Where the flat model was as good, at the last frame.
+  [[nodiscard]] const Transform& flat_pose() const { return T_H_F_; }
 
   [[nodiscard]] ReliefState state() const { return state_; }
   [[nodiscard]] int frames() const { return frames_; }  // learned from
@@ -103,6 +112,8 @@ class Relief {
                                   const PhotoModel& model, Transform& T_H_C);
   void try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                 const PhotoModel& model, Transform& T_H_C);
+  [[nodiscard]] double flat_cost(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
+                                 int level, const PhotoModel& model, const Transform& T_H_M);
   [[nodiscard]] double cost_in_use(const StereoRig& rig, const ColourPyramid& left,
                                    const ColourPyramid& right, int level, const PhotoModel& model,
                                    const Transform& T_H_M);
@@ -130,6 +141,7 @@ class Relief {
   Points z_mm_{};
   Points known_{};   // how well, in the unit of the normal equations
   Transform T_M_C_;  // the candidate's pose in the model in use
+  Transform T_H_F_;  // the flat model's on the last frame of a young relief
   ReliefState state_ = ReliefState::kFlat;
   int frames_ = 0;
   int tries_ = 0;

@@ -161,10 +161,14 @@ void Tracker::learn_relief(Transform& T_H_M) {
     relief_.drop();
     return;
   }
-  if (!relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) return;
-  Transform T_on_relief = T_H_M;
-  relief_.adopt(photo_, T_on_relief);
-  T_H_M = T_on_relief;
+  switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) {
+    case ReliefAdvice::kKeep: return;
+    case ReliefAdvice::kAdopt: relief_.adopt(photo_, T_H_M); break;
+    case ReliefAdvice::kGiveBack:
+      relief_.give_back(photo_);
+      T_H_M = relief_.flat_pose();
+      break;
+  }
   assess_photo(T_H_M);
 }
 

@@ -92,13 +92,39 @@ TEST(Relief, LosesTheTiltItWasFirstLearnedWith) {
     relief->start(*model);
     Transform T_H_M = kTruth * to_transform({{0, 0, 0}, {0, tilt_e, 0}});
     for (int frame = 0; frame < 6; ++frame) {
-      if (relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M))
+      if (relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M) == ReliefAdvice::kAdopt)
         relief->adopt(*model, T_H_M);
     }
     EXPECT_EQ(relief->state(), ReliefState::kAdopted) << tilt_e;
     const Vector3 left_e = quaternion_vector_from_rotation(kTruth.R.transpose() * T_H_M.R);
     EXPECT_LT(std::sqrt(left_e.squaredNorm()), 0.005) << tilt_e;
   }
+}
+
+// What is learned of a flat card at a wrong pose explains that pose. At the right one the flat model does as
+// well.
+TEST(Relief, IsGivenBackWhereTheFlatModelDoesAsWell) {
+  const World world = world_with(0);
+  const auto left = world.look(world.rig.left, kTruth);
+  const auto right = world.look(world.rig.right, kTruth);
+  const auto pyramids = std::make_unique<std::array<ColourPyramid, 2>>();
+  ASSERT_EQ(make_colour_pyramid(left.view(), (*pyramids)[0]), Status::kOk);
+  ASSERT_EQ(make_colour_pyramid(right.view(), (*pyramids)[1]), Status::kOk);
+  const auto model = std::make_unique<PhotoModel>();
+  world.make_model(*model);
+  const auto relief = std::make_unique<Relief>();
+  relief->start(*model);
+  Transform T_H_M = kTruth * to_transform({{0, 0, 0}, {0, 0.25, 0}});
+  const auto observe = [&] {
+    return relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M);
+  };
+  ASSERT_EQ(observe(), ReliefAdvice::kAdopt);
+  relief->adopt(*model, T_H_M);
+  ASSERT_EQ(observe(), ReliefAdvice::kGiveBack);
+  relief->give_back(*model);
+  for (const float z : model->z_mm) EXPECT_EQ(z, 0);
+  EXPECT_LT((relief->flat_pose().t_mm - kTruth.t_mm).norm(), 1.0);
+  EXPECT_LT(quaternion_vector_from_rotation(kTruth.R.transpose() * relief->flat_pose().R).norm(), 0.01);
 }
 
 // What it was learned from may have been something else.
