@@ -122,9 +122,12 @@ Transform Tracker::refine_best_photo() {
       refine(kCoarsePass, mirrored);
       consider(cost(kMiddlePass, mirrored) < cost(kMiddlePass, guess) ? mirrored : guess);
     }
-    const Transform found = T_H_M;
-    for (const auto& [e1, e2] : kTilts) {
-      Transform guess = found * Transform{rotation_from_quaternion_vector({e1, e2, 0}), Vector3::Zero()};
+    std::array<Transform, kTilts.size()> tilted;
+    for (unsigned i = 0; i < tilted.size(); ++i) {
+      const Vector3 tilt{kTilts[i][0], kTilts[i][1], 0};
+      tilted[i] = T_H_M * Transform{rotation_from_quaternion_vector(tilt), Vector3::Zero()};
+    }
+    for (Transform& guess : tilted) {
       refine(kCoarsePass, guess);
       consider(guess);
     }

@@ -23,7 +23,7 @@ struct InstructionBenchResult {
 };
 
 // Runs `executable bench --frame KIND:CONTENT` under callgrind for every kind and content. Nothing where
-// valgrind is not installed. Throws std::runtime_error where a run fails.
+// valgrind is not installed or cannot run this program here. Throws std::runtime_error where a run fails.
 [[nodiscard]] std::optional<InstructionBenchResult> run_instruction_bench(
     const std::filesystem::path& executable);
 

@@ -66,7 +66,9 @@ void print_ratios(const Results& results) {
 
 void print_instructions(const std::optional<InstructionBenchResult>& instructions) {
   if (!instructions) {
-    std::printf("\ninstructions of a frame: not counted (needs valgrind: apt install valgrind)\n");
+    std::printf(
+        "\ninstructions of a frame: not counted (needs valgrind, and a processor it knows: apt install "
+        "valgrind)\n");
     return;
   }
   std::printf("\n%-34s %12s\n", "instructions of a frame", "millions");
