@@ -320,7 +320,7 @@ double Relief::spread_mm() const {
 }
 
 ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                             const PhotoModel& model, const Transform& T_H_M) {
+                             const PhotoModel& model, const Transform& T_H_M, bool followed) {
   if (!learning()) return ReliefAdvice::kKeep;
   if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
   Transform T_H_C = T_H_M * T_M_C_;
@@ -348,8 +348,9 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   const double in_use = cost_in_use(rig, left, right, level, model, T_H_M);
   const bool adopted = state_ == ReliefState::kAdopted;
   // A relief that was adopted at a wrong pose explains that. At the right one the flat model may do as well.
+  const bool revise = followed && is_young();
   const bool flat_will_do =
-      is_young() && (in_use > kClearlyBetter * flat_cost(rig, left, right, level, model, T_H_M)) & adopted;
+      revise && (in_use > kClearlyBetter * flat_cost(rig, left, right, level, model, T_H_M)) & adopted;
   // And what was learned from earlier ones, after its pose has settled on this one:
   for (int step = 0; step < kPoseSteps; ++step) {
     look(rig, left, right, level, model, z_mm_, T_H_C);
@@ -362,7 +363,7 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   const bool better = (learned < limit * in_use) & (adopted | (in_use - learned > kLeastGain));
   better_ = better ? better_ + 1 : 0;
 
-  if (is_young()) try_anew(rig, left, right, model, T_H_C);
+  if (revise) try_anew(rig, left, right, model, T_H_C);
   improve(rig, left, right, level, model, half ? kHalfSteps : 1, half ? 1 : kShare, T_H_C);
   if (half) {
     sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);

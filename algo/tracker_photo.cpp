@@ -160,11 +160,11 @@ void Tracker::learn_relief(Transform& T_H_M) {
   }
   if (!tracked && !alike(T_H_M, T_H_M_last_)) {
     // Nothing to learn; the same work all the same.
-    (void)relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M);
+    (void)relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, following_);
     relief_.drop();
     return;
   }
-  switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M)) {
+  switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, following_)) {
     case ReliefAdvice::kKeep: return;
     case ReliefAdvice::kAdopt: relief_.adopt(photo_, T_H_M); break;
     case ReliefAdvice::kGiveBack:

@@ -92,7 +92,8 @@ TEST(Relief, LosesTheTiltItWasFirstLearnedWith) {
     relief->start(*model);
     Transform T_H_M = kTruth * to_transform({{0, 0, 0}, {0, tilt_e, 0}});
     for (int frame = 0; frame < 6; ++frame) {
-      if (relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M) == ReliefAdvice::kAdopt)
+      if (relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M, true) ==
+          ReliefAdvice::kAdopt)
         relief->adopt(*model, T_H_M);
     }
     EXPECT_EQ(relief->state(), ReliefState::kAdopted) << tilt_e;
@@ -116,7 +117,7 @@ TEST(Relief, IsGivenBackWhereTheFlatModelDoesAsWell) {
   relief->start(*model);
   Transform T_H_M = kTruth * to_transform({{0, 0, 0}, {0, 0.25, 0}});
   const auto observe = [&] {
-    return relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M);
+    return relief->observe(world.rig, (*pyramids)[0], (*pyramids)[1], *model, T_H_M, true);
   };
   ASSERT_EQ(observe(), ReliefAdvice::kAdopt);
   relief->adopt(*model, T_H_M);
