@@ -8,7 +8,8 @@
 // apart.
 //
 // A first relief is adopted in the frame it was learned from where it explains that far better than the flat
-// model does, a later one where it explains frames it has not learned from clearly better.
+// model does, a later one where it explains frames it has not learned from clearly better. While it is young
+// it has to go on being better than the flat model, or is given back.
 #pragma once
 
 #include <array>
