@@ -124,6 +124,7 @@ void Relief::start(const PhotoModel& flat) {
     for (int i = 0; i < points_; ++i) is_target_[at(i)] = 1;
     target_points_ = points_;
   }
+  shade_.start(flat_x_mm_.data(), flat_y_mm_.data(), points_);
   for (int i = 0; i < points_; ++i) {
     std::array<double, kReliefNeighbours> nearest;
     nearest.fill(1e30);
@@ -150,11 +151,10 @@ void Relief::start(const PhotoModel& flat) {
 
 // Of what the views show at the level of the sweep: how badly the three of a point agree, robustly. In single
 // precision, four channels side by side, of which the last is zero: compilers make vectors of that.
-float Relief::misfit(const PhotoModel& model, const std::array<Light, 3>& lights, int i) const {
+float Relief::misfit(const std::array<Light, 3>& lights, int i) const {
   using Four = std::array<float, 4>;
   const ReliefSample& l = left_[at(i)];
   const ReliefSample& r = right_[at(i)];
-  const Four photo = photo_colour(model, kSweepLevel, i);
   const auto disagreement = [](const Light& light, const Four& a, const Four& b, double seen) {
     const auto gain = static_cast<float>(light.gain);
     const auto per_scale = static_cast<float>(1 / light.scale);
@@ -166,8 +166,8 @@ float Relief::misfit(const PhotoModel& model, const std::array<Light, 3>& lights
     }
     return seen > 0 ? part[0] + part[1] + part[2] : 3.0F;
   };
-  const float sum = disagreement(lights[0], l.value, photo, l.seen) +
-                    disagreement(lights[1], r.value, photo, r.seen) +
+  const float sum = disagreement(lights[0], l.value, photo_[at(i)], l.seen) +
+                    disagreement(lights[1], r.value, photo_[at(i)], r.seen) +
                     disagreement(lights[2], l.value, r.value, l.seen * r.seen);
   return is_target_[at(i)] > 0 ? sum : 0.0F;
 }
@@ -199,11 +199,11 @@ void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const Colour
   look(rig, left, right, kSweepLevel, model, z_mm_, T_H_C);
   const std::array<Light, 3> lights = light_;
   if (is_last) {
-    for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(model, lights, i);
+    for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(lights, i);
   }
   for (int h = first; h < first + count; ++h) {
     glance(rig, left, right, kSweepLevel, kSweepStep_mm * (h - kFlatHypothesis), T_H_C);
-    for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(model, lights, i);
+    for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(lights, i);
   }
   if (!is_last) return;
   for (auto& costs : sweep_) average(costs);
@@ -248,7 +248,7 @@ void Relief::improve(const StereoRig& rig, const ColourPyramid& left, const Colo
                      const PhotoModel& model, int steps, double share, Transform& T_H_C) {
   for (int step = 0; step < steps; ++step) {
     look(rig, left, right, level, model, z_mm_, T_H_C);
-    linearise(model, level);
+    linearise();
     for (int i = 0; i < points_; ++i) known_[at(i)] += 0.2 * (data_[at(i)] - known_[at(i)]);
     add_priors();
     move_by(solve_jointly(), T_H_C);
@@ -306,7 +306,7 @@ double Relief::flat_cost(const StereoRig& rig, const ColourPyramid& left, const 
   T_H_F_ = T_H_M;
   for (int step = 0; step < kFlatSteps; ++step) {
     look(rig, left, right, level, model, flat, T_H_F_);
-    linearise(model, level);
+    linearise();
     move_by(solve_pose(), T_H_F_);
   }
   look(rig, left, right, level, model, flat, T_H_F_);
@@ -354,7 +354,7 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   // And what was learned from earlier ones, after its pose has settled on this one:
   for (int step = 0; step < kPoseSteps; ++step) {
     look(rig, left, right, level, model, z_mm_, T_H_C);
-    linearise(model, level);
+    linearise();
     move_by(solve_pose(), T_H_C);
   }
   look(rig, left, right, level, model, z_mm_, T_H_C);

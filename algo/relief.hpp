@@ -18,6 +18,7 @@
 #include "algo/camera_model.hpp"
 #include "algo/colour_pyramid.hpp"
 #include "algo/limits.hpp"
+#include "algo/shade_field.hpp"
 #include "algo/target_model.hpp"
 
 namespace vergence {
@@ -96,12 +97,13 @@ class Relief {
   template <class A, class B, class Seen>
   [[nodiscard]] Light fit_light(A&& a, B&& b, Seen&& seen) const;
   void fit_lights(const PhotoModel& model, int level);
+  void relight();
   void look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
             const PhotoModel& model, const Points& z_mm, const Transform& T_H_M);
   void glance(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
               double z_mm, const Transform& T_H_M);
   [[nodiscard]] double cost() const;
-  void linearise(const PhotoModel& model, int level);
+  void linearise();
   void add_priors();
   void forget_depths();
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
@@ -120,7 +122,7 @@ class Relief {
                                    const ColourPyramid& right, int level, const PhotoModel& model,
                                    const Transform& T_H_M);
   [[nodiscard]] double spread_mm() const;
-  [[nodiscard]] float misfit(const PhotoModel& model, const std::array<Light, 3>& lights, int i) const;
+  [[nodiscard]] float misfit(const std::array<Light, 3>& lights, int i) const;
   void average(std::array<float, kMaxReliefPoints>& of_points);
   [[nodiscard]] Transform take_plane_out();
   Vector6 solve_jointly();
@@ -155,6 +157,8 @@ class Relief {
   // The frame.
   std::array<ReliefSample, kMaxReliefPoints> left_;
   std::array<ReliefSample, kMaxReliefPoints> right_;
+  std::array<std::array<float, 4>, kMaxReliefPoints> photo_{};  // as it looks in the light of the frame
+  ShadeField shade_;
   std::array<Light, 3> light_;  // photo-left, photo-right, left-right
   Matrix6 H_;                   // normal equations: pose with pose
   Vector6 g_;

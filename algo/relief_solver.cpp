@@ -26,13 +26,13 @@ constexpr double kTrust = 0.005;       // of what earlier frames knew of a point
 // Normal equations of what look() saw. The residuals of a point change with four numbers only, where it is in
 // the left image and where in the right; so they are gathered in these (4 x 4), and only then taken to pose
 // and depth.
-void Relief::linearise(const PhotoModel& model, int level) {
+void Relief::linearise() {
   H_.setZero();
   g_.setZero();
   for (int i = 0; i < points_; ++i) {
     const ReliefSample& l = left_[at(i)];
     const ReliefSample& r = right_[at(i)];
-    const std::array<float, 4> photo = photo_colour(model, level, i);
+    const std::array<float, 4> photo = photo_[at(i)];
     double M[4][4] = {};
     double m[4] = {};
     for (unsigned c = 0; c < 3; ++c) {

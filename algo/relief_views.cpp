@@ -209,15 +209,49 @@ Relief::Light Relief::fit_light(A&& a, B&& b, Seen&& seen) const {
 }
 
 void Relief::fit_lights(const PhotoModel& model, int level) {
+  for (int i = 0; i < points_; ++i) photo_[at(i)] = photo_colour(model, level, i);
   const auto left = [this](int i) { return left_[at(i)].value; };
   const auto right = [this](int i) { return right_[at(i)].value; };
-  const auto photo = [&](int i) { return photo_colour(model, level, i); };
+  const auto photo = [this](int i) { return photo_[at(i)]; };
   const auto left_seen = [this](int i) { return left_[at(i)].seen; };
   const auto right_seen = [this](int i) { return right_[at(i)].seen; };
   const auto both_seen = [this](int i) { return left_[at(i)].seen * right_[at(i)].seen; };
-  light_[0] = fit_light(left, photo, left_seen);
-  light_[1] = fit_light(right, photo, right_seen);
+  const auto fit_photo = [&] {
+    light_[0] = fit_light(left, photo, left_seen);
+    light_[1] = fit_light(right, photo, right_seen);
+  };
+  fit_photo();
+  relight();
+  fit_photo();
   light_[2] = fit_light(left, right, both_seen);
+}
+
+// Where the lamp has moved since the photo, shading drags points along with it: takes out of photo_ what
+// varies slowly over the target. Both eyes see one surface, and have one say.
+void Relief::relight() {
+  constexpr double kStiffness = 3;  // of a node, in squared scales of residuals
+  shade_.reset();
+  double variance = 0;
+  for (unsigned eye = 0; eye < 2; ++eye) {
+    const Light& light = light_[eye];
+    const double squared_scale = light.scale * light.scale;
+    variance += 0.5 * squared_scale;
+    for (int i = 0; i < points_; ++i) {
+      const ReliefSample& sample = eye == 0 ? left_[at(i)] : right_[at(i)];
+      const std::array<float, 4>& photo = photo_[at(i)];
+      std::array<double, 3> residual;
+      double squares = 0;
+      for (unsigned c = 0; c < 3; ++c) {
+        residual[c] = static_cast<double>(sample.value[c]) - light.gain * static_cast<double>(photo[c]) -
+                      light.offset[c];
+        squares += residual[c] * residual[c];
+      }
+      const double weight = sample.seen * squared_scale / (squared_scale + squares);  // Cauchy
+      shade_.add(i, photo, light.gain, residual, weight);
+    }
+  }
+  shade_.solve(kStiffness * variance);
+  for (int i = 0; i < points_; ++i) photo_[at(i)] = shade_.relit(i, photo_[at(i)]);
 }
 
 void Relief::look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,

@@ -71,6 +71,7 @@ struct World {
   double light = 1;                          // times all colours
   Rgb cast{1, 1, 1};                         // times each
   std::vector<Ball> balls = marker_balls();  // as they stand in the world; the model's are always those
+  double lamp_moved = 0;  // the card is lit so much more on its right, less on its left, than in its photo
   double bowl_mm = 0;  // the card's relief: z = bowl (X^2 + Y^2 - 2/3), X and Y from -1 to 1 over it; mean 0
   StereoRig rig;
 
@@ -129,6 +130,7 @@ struct World {
     camera.cy_px = 119.5;
     World bright = *this;
     bright.light = 1;
+    bright.lamp_moved = 0;
     bright.present = true;
     const Picture photo = bright.look(camera, {Matrix3::Identity(), {0, 0, 400}});
     PhotoSource source;
@@ -161,7 +163,9 @@ struct World {
         p = T_M_C.t_mm + t * direction;
       }
       if (t > 0 && std::abs(p[0]) <= kCardWidth_mm / 2 && std::abs(p[1]) <= kCardHeight_mm / 2) {
-        return card_colour(p[0], p[1]);
+        const Rgb c = card_colour(p[0], p[1]);
+        const double lit = 1 + lamp_moved * 2 * p[0] / kCardWidth_mm;
+        return {c.r * lit, c.g * lit, c.b * lit};
       }
     }
     if (present && kind == TargetKind::kMarker) {
