@@ -82,6 +82,7 @@ void Tracker::forget() {
   scout_generation_ = 0;
   following_ = false;
   rescuing_ = false;
+  doubting_ = false;
   state_ = TrackState::kSearching;
 }
 
@@ -141,6 +142,7 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
   evaluations_ = 0;
   settling_ = false;
   rescuing_ = false;
+  doubting_ = false;
   following_ = state_ == TrackState::kTracking && !is_thesis();
 
   const GeneCoding coding = settings_.ga.coding;
@@ -164,7 +166,14 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
     }
     if (!is_thesis()) population_.individual[0].chromosome = encode(to_pose(T_H_M), box_, coding);
     evaluate_population(population_, score_settle);
-    if (following_) scout();
+    if (following_) {
+      doubting_ = is_doubtful();
+      if (doubting_) {
+        start_rescue();
+      } else {
+        scout();
+      }
+    }
   } else {
     start_first_generation();
   }
@@ -182,6 +191,11 @@ Transform Tracker::refine_best() {
 
 double Tracker::confidence_of(const Transform& T_H_M) const {
   return kind_ == TargetKind::kMarker ? marker_confidence_of(T_H_M) : photo_confidence_of(T_H_M);
+}
+
+// Whether a second search ends where the first one did.
+bool Tracker::is_confirmed(const Transform& T_H_M) const {
+  return doubting_ && !distinct(to_pose(T_H_M), to_pose(rescue_pose_));
 }
 
 void Tracker::update_state(double confidence) {
@@ -219,7 +233,9 @@ Estimate Tracker::end_frame() {
   update_state(estimate.confidence);
   if (!is_thesis()) follow_light(T_H_M);
   if (state_ == TrackState::kTracking || is_thesis()) {
-    if (found_anew && !is_thesis()) predictor_.forget();
+    const bool elsewhere = found_anew && !is_confirmed(T_H_M);
+    if (elsewhere && !is_thesis()) predictor_.forget();
+    frames_tracked_ = elsewhere ? 1 : frames_tracked_ + 1;
     predictor_.observe(motion_.t_s, motion_.T_W_H, T_H_M);
     if (!is_thesis()) followed_score_ = score(T_H_M, followed_measure());
   }

@@ -143,6 +143,8 @@ class Tracker {
   [[nodiscard]] std::int64_t score(const Chromosome& chromosome, Measure measure);
   [[nodiscard]] Measure followed_measure() const;
   [[nodiscard]] bool is_gone() const;
+  [[nodiscard]] bool is_doubtful() const;
+  [[nodiscard]] bool is_confirmed(const Transform& T_H_M) const;
   void start_search();
   void start_rescue();
   void clear_archive();
@@ -207,7 +209,8 @@ class Tracker {
   std::int64_t evaluations_ = 0;
   bool settling_ = false;
   bool following_ = false;  // the population stays about the expected pose
-  bool rescuing_ = false;   // it did, in vain, and searches everywhere now
+  bool rescuing_ = false;   // it did, in vain or only just, and searches everywhere now
+  bool doubting_ = false;   // only just: to see whether there is anything better
   Transform rescue_pose_;   // where it had got to
   // Of the pose that assess_photo() was shown last.
   Alignment photo_alignment_;
@@ -226,6 +229,7 @@ class Tracker {
   Population scouts_;  // of the whole box, while a target is followed
   int scout_generation_ = 0;
   std::int64_t followed_score_ = 0;  // of the last estimate
+  int frames_tracked_ = 0;           // since the target was found
   TrackState state_ = TrackState::kSearching;
   LightFollower light_;
   RefineWorkspace workspace_;

@@ -12,6 +12,8 @@ constexpr int kJudgePoints = 640;
 // truth.
 constexpr double kSearchSize_px = 12;
 constexpr int kCoarsestLevel = 3;
+// What is found elsewhere shortly after has to be better by so much of the score.
+constexpr double kDoubtMargin = 0.05;
 constexpr RefinePass kArchivePass{3, 100, 6};
 constexpr RefinePass kCoarsePass{2, 200, 8};
 constexpr RefinePass kMiddlePass{1, 400, 6};
@@ -99,14 +101,16 @@ Transform Tracker::refine_best_photo() {
       T_H_M = guess;
     }
   };
-  if (following_) {
-    // The fittest, and where it was: a target that turns off or stops is not where it was expected.
-    const Transform fittest = to_transform(best);
-    consider(fittest);
-    for (Transform guess : {fittest, T_H_M_last_}) {
+  // Where it was expected, and where it was: a target that turns off or stops is not where it was expected.
+  const auto follow = [&](const Transform& expected) {
+    consider(expected);
+    for (Transform guess : {expected, T_H_M_last_}) {
       refine(kCoarsePass, guess);
       consider(guess);
     }
+  };
+  if (following_) {
+    follow(to_transform(best));
   } else {
     // The fittest and the fittest of those elsewhere, each with its mirror image; the best of these, tilted;
     // and where it was followed to.
@@ -131,7 +135,17 @@ Transform Tracker::refine_best_photo() {
       refine(kCoarsePass, guess);
       consider(guess);
     }
-    if (rescuing_) {
+    if (doubting_) {
+      const Transform found = T_H_M;
+      const auto found_score = static_cast<double>(best_score);
+      best_score = INT64_MIN;
+      follow(rescue_pose_);
+      const auto followed_score = static_cast<double>(best_score);
+      const bool elsewhere = distinct(to_pose(found), to_pose(T_H_M));
+      const double margin =
+          elsewhere ? kDoubtMargin * (followed_score > 0 ? followed_score : -followed_score) : 0;
+      if (found_score > followed_score + margin) T_H_M = found;
+    } else if (rescuing_) {
       Transform followed = rescue_pose_;
       refine(kCoarsePass, followed);
       consider(followed);
@@ -153,6 +167,7 @@ Transform Tracker::refine_best_photo() {
 void Tracker::learn_relief(Transform& T_H_M) {
   if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
   const bool tracked = confidence_of(T_H_M) >= kFound;
+  const bool followed = following_ || is_confirmed(T_H_M);
   const bool adopted = relief_.state() == ReliefState::kAdopted;
   if (!tracked && adopted) {
     if (relief_.is_young()) relief_.give_back(photo_);  // perhaps of something else
@@ -160,11 +175,11 @@ void Tracker::learn_relief(Transform& T_H_M) {
   }
   if (!tracked && !alike(T_H_M, T_H_M_last_)) {
     // Nothing to learn; the same work all the same.
-    (void)relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, following_);
+    (void)relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, followed);
     relief_.drop();
     return;
   }
-  switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, following_)) {
+  switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, followed)) {
     case ReliefAdvice::kKeep: return;
     case ReliefAdvice::kAdopt: relief_.adopt(photo_, T_H_M); break;
     case ReliefAdvice::kGiveBack:

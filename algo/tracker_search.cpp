@@ -36,6 +36,10 @@ constexpr int kAnywhereEvery = 9;
 // While following: what the frame before reached, times this, is a target that is no longer where it was
 // expected.
 constexpr double kGone = 0.75;
+// A photo-model is searched for again in the frames after it was found, with a part of the generations of a
+// search: what was found first may be something like it, and would be followed.
+constexpr int kDoubtfulFrames = 2;
+constexpr int kDoubtfulGenerations = kPhotoSearchGenerations / 4 * 3;
 // A scout population searches the whole box while a target is followed, some generations a frame.
 constexpr int kScoutGenerations = 20;
 constexpr double kScoutMargin = 0.05;  // of the score, that a scout must be fitter by
@@ -46,6 +50,7 @@ int Tracker::usual_generations() const {
   if (is_thesis()) return kThesisGenerations;
   if (following_) return kTrackGenerations;
   const int search = kind_ == TargetKind::kMarker ? kMarkerSearchGenerations : kPhotoSearchGenerations;
+  if (doubting_) return kDoubtfulGenerations;
   return rescuing_ ? kTrackGenerations + search : search;
 }
 
@@ -94,6 +99,11 @@ void Tracker::evolve(double progress) {
 // Whether what is followed is seen far less well than in the frame before.
 bool Tracker::is_gone() const {
   return static_cast<double>(population_.individual[0].score) < kGone * static_cast<double>(followed_score_);
+}
+
+// Whether what is followed was found so lately that a second search may find better.
+bool Tracker::is_doubtful() const {
+  return kind_ == TargetKind::kPhoto && frames_tracked_ <= kDoubtfulFrames;
 }
 
 void Tracker::start_search() {

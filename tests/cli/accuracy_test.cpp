@@ -13,7 +13,8 @@ TEST(Accuracy, ColdLooksAreCountedByDataSet) {
                                             " " + (directory / "balls").string() + "/");
   EXPECT_EQ(result.status, 0) << result.output;
   // Three frames, two starts; the card is flat, and found.
-  EXPECT_NE(result.output.find("| card | 6 | 100 | 100 | 100 |"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("| card | 6 | 100 | 100.0 | 100.0 | 100 | 100 |"), std::string::npos)
+      << result.output;
   EXPECT_NE(result.output.find("| balls | 6 |"), std::string::npos) << result.output;
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -54,6 +55,20 @@ TEST_P(TrackerTest, FollowsAMovingTarget) {
     Transform truth = some_pose(3);
     truth.t_mm[0] += 4.0 * (frame < 23 ? frame : 45 - frame);  // 120 mm/s, and back at once
     const Estimate estimate = bench.step(truth, 60);
+    EXPECT_EQ(estimate.state, TrackState::kTracking) << frame;
+    EXPECT_LT(distance_mm(estimate, truth), 8) << frame;
+  }
+}
+
+// What was found first may be something like it, and would be followed from then on.
+TEST(Tracker, SearchesAgainForAPhotoModelItHasJustFound) {
+  Bench bench{World(TargetKind::kPhoto)};
+  const std::array<bool, 5> follows{false, false, false, true, true};
+  for (std::size_t frame = 0; frame < follows.size(); ++frame) {
+    Transform truth = some_pose(3);
+    truth.t_mm[0] += 4.0 * static_cast<double>(frame);
+    const Estimate estimate = bench.step(truth, follows[frame] ? 60 : 2400);
+    EXPECT_EQ(bench.tracker().is_following(), follows[frame]) << frame;
     EXPECT_EQ(estimate.state, TrackState::kTracking) << frame;
     EXPECT_LT(distance_mm(estimate, truth), 8) << frame;
   }
