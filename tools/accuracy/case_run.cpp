@@ -92,11 +92,7 @@ std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds) {
   Case what;
   what.set.frames = 0;
   what.task = Task::kCold;
-  std::vector<Observation> first;
-  for (Observation& seen : run_all(dataset, what, 0, seeds)) {
-    if (seen.attempt == 0) first.push_back(std::move(seen));
-  }
-  return first;
+  return run_all(dataset, what, 0, seeds);
 }
 
 }  // namespace vergence::accuracy

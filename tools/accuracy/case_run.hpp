@@ -16,7 +16,8 @@ inline constexpr int kAttempts = 3;
 [[nodiscard]] std::vector<Observation> run_case(const Case& what, std::size_t case_index,
                                                 const Places& places, int seeds);
 
-// Data sets of any origin, every frame from nothing, once: what `--cold` asks for.
+// Data sets of any origin, every frame from nothing, and shown again up to kAttempts times until it is found:
+// what `--cold` asks for.
 [[nodiscard]] std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds);
 
 }  // namespace vergence::accuracy

@@ -54,7 +54,9 @@ std::vector<SearchedPose> search_given(const std::vector<std::filesystem::path>&
     dataset.truth.clear();
   }
   std::vector<SearchedPose> poses;
-  keep(run_cold(dataset, kSeeds), {"given", name_of(given[scene]), name_of(given[model])}, poses);
+  std::vector<Observation> seen = run_cold(dataset, kSeeds);
+  std::erase_if(seen, [](const Observation& o) { return o.attempt > 0; });
+  keep(seen, {"given", name_of(given[scene]), name_of(given[model])}, poses);
   return poses;
 }
 

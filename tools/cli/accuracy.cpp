@@ -147,11 +147,13 @@ void run_cold_command(const Options& options) {
     }
     seen[i] = accuracy::run_cold(dataset, options.seeds);
   });
-  std::cout << "| data set | looks | tracked, % | within 1.5 mm and 0.01, % | within 5 mm and 0.03, % | "
-               "median mm | "
-               "median e | median ms |\n|---|---|---|---|---|---|---|---|\n";
+  std::cout << "| data set | looks | tracked, % | found in the first frame, % | within 3, % | "
+               "within 1.5 mm and 0.01, % | within 5 mm and 0.03, % | median mm | median e | median ms |\n"
+               "|---|---|---|---|---|---|---|---|---|---|\n";
   for (std::size_t i = 0; i < seen.size(); ++i) {
     std::size_t tracked = 0;
+    std::size_t found = 0;
+    std::size_t found_soon = 0;
     std::size_t flat = 0;
     std::size_t solid = 0;
     std::vector<double> mm;
@@ -159,6 +161,9 @@ void run_cold_command(const Options& options) {
     std::vector<double> ms;
     for (const accuracy::Observation& o : seen[i]) {
       if (!o.result.error) continue;
+      found_soon += o.locked() ? 1 : 0;
+      if (o.attempt > 0) continue;
+      found += o.locked() ? 1 : 0;
       tracked += o.tracking() ? 1 : 0;
       flat += o.within(1.5, 0.01) ? 1 : 0;
       solid += o.within(5, 0.03) ? 1 : 0;
@@ -172,9 +177,10 @@ void run_cold_command(const Options& options) {
     };
     std::filesystem::path name = options.cold[i].lexically_normal();
     if (!name.has_filename()) name = name.parent_path();
-    std::cout << accuracy::format("| %s | %zu | %.0f | %.0f | %.0f | %.2f | %.4f | %.1f |\n",
-                                  name.filename().string().c_str(), mm.size(), share(tracked), share(flat),
-                                  share(solid), median(mm), median(e), median(ms));
+    std::cout << accuracy::format("| %s | %zu | %.0f | %.1f | %.1f | %.0f | %.0f | %.2f | %.4f | %.1f |\n",
+                                  name.filename().string().c_str(), mm.size(), share(tracked), share(found),
+                                  share(found_soon), share(flat), share(solid), median(mm), median(e),
+                                  median(ms));
   }
 }
 
