@@ -25,6 +25,12 @@ inline unsigned at(int i) {
   return static_cast<unsigned>(i);
 }
 
+// What is found elsewhere has to be fitter by a twentieth than what is followed.
+[[nodiscard]] inline bool clearly_fitter(double found, double followed) {
+  constexpr double kMargin = 0.05;
+  return found > followed + kMargin * (followed > 0 ? followed : -followed);
+}
+
 // Far enough apart to be two different guesses rather than one.
 [[nodiscard]] inline bool distinct(const Pose& a, const Pose& b) {
   return (a.position_mm - b.position_mm).squaredNorm() > 15.0 * 15.0 ||

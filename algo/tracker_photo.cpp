@@ -12,8 +12,6 @@ constexpr int kJudgePoints = 640;
 // truth.
 constexpr double kSearchSize_px = 12;
 constexpr int kCoarsestLevel = 3;
-// What is found elsewhere shortly after has to be better by so much of the score.
-constexpr double kDoubtMargin = 0.05;
 constexpr RefinePass kArchivePass{3, 100, 6};
 constexpr RefinePass kCoarsePass{2, 200, 8};
 constexpr RefinePass kMiddlePass{1, 400, 6};
@@ -142,9 +140,8 @@ Transform Tracker::refine_best_photo() {
       follow(rescue_pose_);
       const auto followed_score = static_cast<double>(best_score);
       const bool elsewhere = distinct(to_pose(found), to_pose(T_H_M));
-      const double margin =
-          elsewhere ? kDoubtMargin * (followed_score > 0 ? followed_score : -followed_score) : 0;
-      if (found_score > followed_score + margin) T_H_M = found;
+      if (elsewhere ? clearly_fitter(found_score, followed_score) : found_score > followed_score)
+        T_H_M = found;
     } else if (rescuing_) {
       Transform followed = rescue_pose_;
       refine(kCoarsePass, followed);

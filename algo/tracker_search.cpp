@@ -42,7 +42,6 @@ constexpr int kDoubtfulFrames = 2;
 constexpr int kDoubtfulGenerations = kPhotoSearchGenerations / 4 * 3;
 // A scout population searches the whole box while a target is followed, some generations a frame.
 constexpr int kScoutGenerations = 20;
-constexpr double kScoutMargin = 0.05;  // of the score, that a scout must be fitter by
 
 }  // namespace
 
@@ -151,8 +150,7 @@ void Tracker::scout() {
   const Pose followed = decode(population_.individual[0].chromosome, box_, settings_.ga.coding);
   const auto mark = static_cast<double>(score(to_transform(followed), search_measure()));
   const auto scouted = static_cast<double>(scouts_.individual[0].score);
-  const double margin = kScoutMargin * (mark > 0 ? mark : -mark);
-  if (distinct(found, followed) && scouted > mark + margin) {
+  if (distinct(found, followed) && clearly_fitter(scouted, mark)) {
     start_rescue();
     archive_.individual[0] = {encode(found, box_, settings_.ga.coding), scouts_.individual[0].score};
   }
