@@ -3,18 +3,25 @@
 // bytes always.
 #include <gtest/gtest.h>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <numbers>
 #include <set>
 #include <sstream>
+#include <type_traits>
 #include <utility>
 
+#include "algo/rotation_vector.hpp"
 #include "tools/io/input_error.hpp"
 #include "tools/render/creatures.hpp"
 #include "tools/render/dataset_writer.hpp"
+#include "tools/render/random.hpp"
+#include "tools/render/rasteriser.hpp"
 #include "tools/render/scene.hpp"
 
 namespace vergence::render {
@@ -230,6 +237,53 @@ TEST(Render, CreaturesAreClosedColourfulSolidsOfTheirSize) {
     int open = 0;
     for (const auto& [edge, count] : edges) open += count % 2;
     EXPECT_EQ(open, 0);
+  }
+}
+
+// A number for the bits of a mesh.
+std::uint64_t bits_of(const Mesh& mesh) {
+  std::uint64_t all = 0;
+  const auto take = [&all](auto value) {
+    using Bits = std::conditional_t<sizeof value == 8, std::uint64_t, std::uint32_t>;
+    all = hash(all, std::bit_cast<Bits>(value));
+  };
+  for (const Vertex& vertex : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) take(vertex.position_mm[i]);
+    for (int i = 0; i < 3; ++i) take(vertex.normal[i]);
+    for (const float value : {vertex.albedo.r, vertex.albedo.g, vertex.albedo.b, vertex.openness})
+      take(value);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) take(corner);
+  }
+  return all;
+}
+
+// By any other number all pictures of it are other ones as well.
+TEST(Render, CreaturesKeepTheirBits) {
+  EXPECT_EQ(bits_of(make_creature(*find_creature("crab"), 2)), 11723365455853638326U);
+  EXPECT_EQ(bits_of(make_creature(*find_creature("turtle"), 2)), 18133338990027554076U);
+}
+
+TEST(Render, InsidesAreNeverSeen) {
+  const CameraModel camera;
+  Mesh mesh = make_ball({-20, 0, 0}, 15, {0.5F, 0.4F, 0.3F});
+  mesh.append(make_bar({-20, 0, 0}, {30, 5, 10}, 4, {0.1F, 0.4F, 0.8F}));
+  mesh.append(make_ball({30, 5, 10}, 20, {0.3F, 0.4F, 0.5F}));
+  ASSERT_EQ(mesh.turns.size(), mesh.triangles.size());
+  Mesh from_both_sides = mesh;
+  from_both_sides.turns.clear();
+  for (int k = 0; k < 12; ++k) {
+    const Transform T_W_M{rotation_from_vector(Vector3(0.7 * k, 1.3 * k, -0.4 * k)), {3.0 * k - 20, 10, 350}};
+    LinearImage seen(640, 480);
+    LinearImage expected(640, 480);
+    draw(camera, {}, std::array{Placed{&mesh, T_W_M}}, Light{}, Sampling::k8, seen);
+    draw(camera, {}, std::array{Placed{&from_both_sides, T_W_M}}, Light{}, Sampling::k8, expected);
+    for (std::size_t i = 0; i < seen.data.size(); ++i) {
+      ASSERT_TRUE(seen.data[i].r == expected.data[i].r && seen.data[i].g == expected.data[i].g &&
+                  seen.data[i].b == expected.data[i].b)
+          << "turn " << k << ", pixel " << i;
+    }
   }
 }
 

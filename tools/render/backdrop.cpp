@@ -7,6 +7,7 @@
 
 #include "algo/trigonometry.hpp"
 #include "tools/render/random.hpp"
+#include "tools/render/wide.hpp"
 
 namespace vergence::render {
 namespace {
@@ -112,7 +113,7 @@ Rgb Backdrop::along(const Vector3& from_mm, const Vector3& direction) const {
   return colour;
 }
 
-void Backdrop::along(const Vector3& from_mm, const Rays& directions, std::span<Rgb> out) const {
+VERGENCE_WIDE void Backdrop::along(const Vector3& from_mm, const Rays& directions, std::span<Rgb> out) const {
   const std::size_t count = directions.count;
   const double way = options_.distance_mm - from_mm[2];
   if (texture_.empty() || way <= 0) {

@@ -18,10 +18,20 @@ struct Vertex {
   float openness = 1;  // of the hemisphere over it: 1 free, 0 in a crevice
 };
 
+// How a triangle's corners go round in a picture, x right and y down, that shows the side which is seen.
+enum class Turn : std::uint8_t {
+  kLeft,   // (b - a) x (c - a) points out of the mesh
+  kRight,  // into it
+  kBoth,   // either side is seen
+};
+
 struct Mesh {
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // either winding
-  float gloss = 0;                                      // strength of the highlight
+  // Of each triangle, where the mesh has an inside that is not seen; empty: all are seen from both sides.
+  // Creatures do without, as their thinnest parts pass through themselves here and there.
+  std::vector<Turn> turns;
+  float gloss = 0;  // strength of the highlight
 
   void append(const Mesh& other);
   void move(const Vector3& by_mm);

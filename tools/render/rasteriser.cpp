@@ -37,16 +37,19 @@ void Rasteriser::project_corners(const CameraModel& camera, const Transform& T_C
 
 void Rasteriser::draw_mesh(const Placed& placed, const Transform& T_W_C, const Light& light,
                            std::size_t first) {
+  const Mesh& mesh = *placed.mesh;
   const Lit lit(T_W_C, placed, light);
   const Corner* corners = &corners_[first];
-  colours_.resize(placed.mesh->vertices.size());
-  has_colour_.assign(placed.mesh->vertices.size(), 0);
-  for (const auto& t : placed.mesh->triangles) {
+  colours_.resize(mesh.vertices.size());
+  has_colour_.assign(mesh.vertices.size(), 0);
+  const bool has_turns = !mesh.turns.empty();
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+    const auto& t = mesh.triangles[k];
     const Corner& a = corners[t[0]];
     const Corner& b = corners[t[1]];
     const Corner& c = corners[t[2]];
     if (!(a.inverse_depth > 0 && b.inverse_depth > 0 && c.inverse_depth > 0)) continue;
-    grid_.add(a, b, c, placed.target, [&](const Rgb*(&colours)[3]) {
+    grid_.add(a, b, c, has_turns ? mesh.turns[k] : Turn::kBoth, placed.target, [&](const Rgb*(&colours)[3]) {
       for (std::size_t i = 0; i < 3; ++i) {
         if (has_colour_[t[i]] == 0) {
           colours_[t[i]] = lit.colour(t[i]);

@@ -7,14 +7,15 @@
 #include "tools/render/desk.hpp"
 #include "tools/render/random.hpp"
 #include "tools/render/scene.hpp"
+#include "tools/render/wide.hpp"
 
 namespace vergence::render {
 namespace {
 
 // `glints`, where there is water, gets those of every pixel.
-void draw_backdrop(const Backdrop& backdrop, const Water& water, const Light& light, const Transform& T_W_C,
-                   const std::vector<Vector2>& rays, double t_s, LinearImage& image,
-                   std::vector<float>& glints) {
+VERGENCE_WIDE void draw_backdrop(const Backdrop& backdrop, const Water& water, const Light& light,
+                                 const Transform& T_W_C, const std::vector<Vector2>& rays, double t_s,
+                                 LinearImage& image, std::vector<float>& glints) {
   // The plane faces the viewer and is matt: one shade for all of it.
   const Rgb lit = shade(light, {1, 1, 1}, 1, 0, {0, 0, -1}, {0, 0, -1});
   const bool wet = water.strength > 0;

@@ -12,6 +12,7 @@
 #include "algo/pose.hpp"
 #include "tools/render/colour_math.hpp"
 #include "tools/render/linear_image.hpp"
+#include "tools/render/mesh.hpp"
 
 namespace vergence::render {
 
@@ -42,7 +43,7 @@ class SampleGrid {
 
   // `colours()`, the three corners', is asked for only where the triangle is seen.
   template <typename Colours>
-  void add(const Corner& a, const Corner& b, const Corner& c, bool target, const Colours& colours);
+  void add(const Corner& a, const Corner& b, const Corner& c, Turn turn, bool target, const Colours& colours);
 
   // Over what is behind; ends the picture.
   void resolve(LinearImage& image, Visibility* visibility);
@@ -97,9 +98,10 @@ class SampleGrid {
 };
 
 template <typename Colours>
-void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, bool target, const Colours& colours) {
+void SampleGrid::add(const Corner& a, const Corner& b, const Corner& c, Turn turn, bool target,
+                     const Colours& colours) {
   const double area = cross(b.uv_px - a.uv_px, c.uv_px - a.uv_px);
-  if (area == 0) return;
+  if (area == 0 || turn == (area < 0 ? Turn::kRight : Turn::kLeft)) return;
   const double left = std::min(std::min(a.uv_px[0], b.uv_px[0]), c.uv_px[0]);
   const double right = std::max(std::max(a.uv_px[0], b.uv_px[0]), c.uv_px[0]);
   const double top = std::min(std::min(a.uv_px[1], b.uv_px[1]), c.uv_px[1]);

@@ -69,6 +69,17 @@ double smooth_min(double a, double b, double width) {
   return std::min(a, b) - h * h * width / 4;
 }
 
+constexpr double kFar_mm = 1e9;
+constexpr double kSlope_mm = 0.15;  // to either side, for the surface's slope
+constexpr double kRoom_mm = 8;      // over the surface, looked at for how open it is
+
+// Adds a part to the distance to all before it.
+void join(double& d, const Part& part, const Vector3& p_mm) {
+  const double reach = d + part.blend_mm + part.bound_radius;
+  if (reach > 0 && (p_mm - part.bound_centre).squaredNorm() > reach * reach) return;
+  d = smooth_min(d, part_distance(part, p_mm), part.blend_mm);
+}
+
 // How much of a layer's colour shows at p.
 double layer_weight(const Layer& layer, const Vector3& p, double edge_depth_mm, std::uint64_t seed) {
   constexpr double kSoft_mm = 0.7;  // of edges; about the size of a triangle
@@ -241,23 +252,43 @@ void Sculpture::mirror_from(std::size_t first) {
   }
 }
 
-double Sculpture::distance(const Vector3& p_mm) const {
-  double d = 1e9;
-  for (const Part& part : parts_) {
-    const double reach = d + part.blend_mm + part.bound_radius;
-    if (reach > 0 && (p_mm - part.bound_centre).squaredNorm() > reach * reach) continue;
-    d = smooth_min(d, part_distance(part, p_mm), part.blend_mm);
+void Sculpture::keep_near(const Parts& among, const Vector3& p_mm, double reach_mm, Parts& near) {
+  // Distances, and those to the middles of bounds, change by less than twice the way.
+  const double slack = 4 * reach_mm;
+  near.clear();
+  double d = kFar_mm;
+  for (const Part* part : among) {
+    const double felt = d + part->blend_mm;
+    if ((p_mm - part->bound_centre).norm() > felt + part->bound_radius + slack) continue;
+    join(d, *part, p_mm);
+    if (part_distance(*part, p_mm) <= felt + slack) near.push_back(part);
   }
+}
+
+double Sculpture::distance(const Vector3& p_mm) const {
+  double d = kFar_mm;
+  for (const Part& part : parts_) join(d, part, p_mm);
+  return d;
+}
+
+double Sculpture::distance(const Parts& parts, const Vector3& p_mm) {
+  double d = kFar_mm;
+  for (const Part* part : parts) join(d, *part, p_mm);
   return d;
 }
 
 Rgb Sculpture::colour(const Vector3& p_mm) const {
   constexpr double kSeam_mm = 0.8;  // over which neighbouring parts' colours mix
   struct Nearest {
-    double d = 1e9;
+    double d = kFar_mm;
     const Part* part = nullptr;
   } first, second;
   for (const Part& part : parts_) {
+    // The bounds of the others do not hold for what `part_distance` takes for their distance.
+    if (part.shape == Part::Shape::kCone) {
+      const double reach = first.d + kSeam_mm + part.bound_radius;
+      if (reach < 0 || (p_mm - part.bound_centre).squaredNorm() > reach * reach) continue;
+    }
     const double d = part_distance(part, p_mm);
     if (d < first.d) {
       if (first.part != nullptr && first.part->paint != part.paint) second = first;
@@ -269,7 +300,7 @@ Rgb Sculpture::colour(const Vector3& p_mm) const {
   const auto painted = [&](const Part& part) {
     const Paint& paint = paints_[part.paint];
     const double edge_depth =
-        part.shape == Part::Shape::kPlate ? -outline_distance(part.outline, p_mm.head<2>()) : 1e9;
+        part.shape == Part::Shape::kPlate ? -outline_distance(part.outline, p_mm.head<2>()) : kFar_mm;
     Rgb colour = paint.base;
     std::uint64_t seed = hash(seed_, part.paint);
     for (const Layer& layer : paint.layers) {
@@ -287,52 +318,67 @@ Rgb Sculpture::colour(const Vector3& p_mm) const {
   return colour * static_cast<float>(1 + 0.16 * fractal_noise(p_mm / 5, seed_ + 5, 3));
 }
 
-Vector3 Sculpture::gradient(const Vector3& p) const {
-  constexpr double h = 0.15;
+Vector3 Sculpture::gradient(const Parts& parts, const Vector3& p) {
+  constexpr double h = kSlope_mm;
   Vector3 g;
   for (int i = 0; i < 3; ++i) {
     Vector3 step = Vector3::Zero();
     step[i] = h;
-    g[i] = distance(p + step) - distance(p - step);
+    g[i] = distance(parts, p + step) - distance(parts, p - step);
   }
   const double norm = g.norm();
   return norm > 0 ? Vector3(g / norm) : Vector3(0, 0, -1);
 }
 
+// The nearest point of the surface, as it looks there. `wide` is what is felt in the room over it as well.
+Vertex Sculpture::vertex(const Vector3& near_mm, double cell_mm, const Parts& wide, Parts& narrow) const {
+  constexpr int kSteps = 2;
+  keep_near(wide, near_mm, kSteps * 0.5 * cell_mm + 2 * kSlope_mm, narrow);
+  Vector3 p = near_mm;
+  for (int i = 0; i < kSteps; ++i) {
+    const Vector3 step = distance(narrow, p) * gradient(narrow, p);
+    p -= step * std::min(1.0, 0.5 * cell_mm / std::max(step.norm(), 1e-9));
+  }
+  const Vector3 normal = gradient(narrow, p);
+  // Openness: how much less room there is along the normal than over a plane.
+  double closed = 0;
+  double weight = 0.5;
+  for (const double h : {2.0, 4.0, kRoom_mm}) {
+    closed += weight * std::max(0.0, h - distance(wide, p + h * normal)) / h;
+    weight *= 0.7;
+  }
+  return {p, normal, colour(p), static_cast<float>(std::max(0.15, 1 - closed))};
+}
+
 Mesh Sculpture::mesh(const Vector3& size_mm, double cell_mm, std::uint64_t seed) {
   seed_ = seed;
-  Vector3 low = Vector3::Constant(1e9);
+  Parts all;
+  Vector3 low = Vector3::Constant(kFar_mm);
   Vector3 high = -low;
   for (const Part& part : parts_) {
     low = low.cwiseMin((part.bound_centre.array() - part.bound_radius).matrix());
     high = high.cwiseMax((part.bound_centre.array() + part.bound_radius).matrix());
+    all.push_back(&part);
   }
   const Vector3 margin = Vector3::Constant(2 * cell_mm);
-  const auto field = [&](const Vector3& p) { return distance(p); };
+  Parts near;
+  const Field field{
+      [&](const Vector3& p) { return distance(near, p); },
+      [&](const Vector3& p, double reach_mm) { keep_near(all, p, reach_mm, near); },
+  };
   const Surface surface = surface_nets(field, low - margin, high + margin, cell_mm);
 
   Mesh mesh;
   mesh.triangles = surface.triangles;
   mesh.vertices.reserve(surface.points.size());
-  low = Vector3::Constant(1e9);
+  low = Vector3::Constant(kFar_mm);
   high = -low;
+  Parts narrow;
   for (const Vector3& point : surface.points) {
-    Vector3 p = point;
-    for (int i = 0; i < 2; ++i) {
-      const Vector3 step = distance(p) * gradient(p);
-      p -= step * std::min(1.0, 0.5 * cell_mm / std::max(step.norm(), 1e-9));
-    }
-    const Vector3 normal = gradient(p);
-    // Openness: how much less room there is along the normal than over a plane.
-    double closed = 0;
-    double weight = 0.5;
-    for (const double h : {2.0, 4.0, 8.0}) {
-      closed += weight * std::max(0.0, h - distance(p + h * normal)) / h;
-      weight *= 0.7;
-    }
-    mesh.vertices.push_back({p, normal, colour(p), static_cast<float>(std::max(0.15, 1 - closed))});
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
+    keep_near(all, point, kRoom_mm + 2 * cell_mm, near);
+    mesh.vertices.push_back(vertex(point, cell_mm, near, narrow));
+    low = low.cwiseMin(mesh.vertices.back().position_mm);
+    high = high.cwiseMax(mesh.vertices.back().position_mm);
   }
 
   const Vector3 scale = size_mm.cwiseQuotient(high - low);

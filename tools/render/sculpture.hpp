@@ -82,15 +82,23 @@ class Sculpture {
   [[nodiscard]] std::size_t parts() const { return parts_.size(); }
 
   [[nodiscard]] double distance(const Vector3& p_mm) const;
-  [[nodiscard]] Rgb colour(const Vector3& p_mm) const;
 
   // The surface as triangles about `cell_mm` in size, scaled to fill exactly `size_mm` and centred on the
   // origin. `seed` is that of the patterns.
   [[nodiscard]] Mesh mesh(const Vector3& size_mm, double cell_mm, std::uint64_t seed);
 
  private:
+  // In their order.
+  using Parts = std::vector<const Part*>;
+
   void add(Part part);
-  [[nodiscard]] Vector3 gradient(const Vector3& p_mm) const;
+  // Those of `among` that are felt within `reach_mm` of p: there, the distance to them is that to all, to the
+  // bit.
+  static void keep_near(const Parts& among, const Vector3& p_mm, double reach_mm, Parts& near);
+  [[nodiscard]] static double distance(const Parts& parts, const Vector3& p_mm);
+  [[nodiscard]] static Vector3 gradient(const Parts& parts, const Vector3& p_mm);
+  [[nodiscard]] Rgb colour(const Vector3& p_mm) const;
+  [[nodiscard]] Vertex vertex(const Vector3& near_mm, double cell_mm, const Parts& wide, Parts& narrow) const;
 
   std::vector<Paint> paints_;
   std::vector<Part> parts_;

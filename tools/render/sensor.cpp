@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/render/random.hpp"
+#include "tools/render/wide.hpp"
 
 namespace vergence::render {
 namespace {
@@ -45,7 +46,7 @@ struct Row {
   std::vector<float> rise;
 };
 
-void to_bytes(Row& row, std::uint8_t* out) {
+VERGENCE_WIDE void to_bytes(Row& row, std::uint8_t* out) {
   const auto& curve = tone_curve();
   const std::size_t size = row.linear.size();
   for (std::size_t k = 0; k < size; ++k) {
@@ -70,7 +71,7 @@ float* numbers(LinearImage& image, int y) {
 }
 
 // One pass of [a, 1-2a, a] both ways has variance 2a; passes add up.
-void blur_once(LinearImage& image, float a) {
+VERGENCE_WIDE void blur_once(LinearImage& image, float a) {
   const float b = 1 - 2 * a;
   // Rows as plain numbers, kChannels a pixel.
   const std::size_t width = kChannels * static_cast<std::size_t>(image.width_px);
@@ -107,8 +108,8 @@ void blur(LinearImage& image, double sigma_px) {
 
 }  // namespace
 
-void develop(LinearImage& image, const SensorOptions& options, const Light& light, std::uint64_t seed,
-             tools::RgbImage& out) {
+VERGENCE_WIDE void develop(LinearImage& image, const SensorOptions& options, const Light& light,
+                           std::uint64_t seed, tools::RgbImage& out) {
   blur(image, options.blur_px);
   if (out.width_px != image.width_px || out.height_px != image.height_px) {
     out = tools::RgbImage(image.width_px, image.height_px);

@@ -44,6 +44,11 @@ Rgb mean_colour(const tools::RgbImage& picture, double x0, double y0, double x1,
 }  // namespace
 
 void Mesh::append(const Mesh& other) {
+  if (!turns.empty() || !other.turns.empty()) {
+    turns.resize(triangles.size(), Turn::kBoth);
+    turns.insert(turns.end(), other.turns.begin(), other.turns.end());
+    turns.resize(triangles.size() + other.triangles.size(), Turn::kBoth);
+  }
   const auto first = static_cast<std::uint32_t>(vertices.size());
   vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
   for (const auto& t : other.triangles) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
@@ -76,6 +81,13 @@ Mesh make_ball(const Vector3& centre_mm, double radius_mm, const Rgb& albedo) {
     }
   }
   add_grid(mesh, 0, kAround + 1, kRings + 1);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    // At the poles corners coincide, and how they turn means nothing.
+    const Vector3 normal = (mesh.vertices[b].position_mm - mesh.vertices[a].position_mm)
+                               .cross(mesh.vertices[c].position_mm - mesh.vertices[a].position_mm);
+    const double outwards = normal.dot(mesh.vertices[a].normal);
+    mesh.turns.push_back(std::abs(outwards) < 1e-9 ? Turn::kBoth : outwards > 0 ? Turn::kLeft : Turn::kRight);
+  }
   return mesh;
 }
 

@@ -7,6 +7,7 @@ namespace vergence::render {
 namespace {
 
 constexpr int kBlock = 8;
+constexpr int kLeast = 2;  // smaller blocks would not pay
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 struct Grid {
@@ -20,19 +21,41 @@ struct Grid {
   }
 };
 
-void fill_block(Grid& grid, const std::function<double(const Vector3&)>& field, const Vector3& low,
-                double cell, double trust, const std::array<int, 3>& from) {
+// What a grid is filled with.
+struct Filling {
+  const Field& field;
+  Vector3 low;
+  double cell;
+  double trust;
+};
+
+// Corners of a block of `size` on a side: all at once where the surface is far, else by the blocks in it.
+void fill_block(Grid& grid, const Filling& filling, const std::array<int, 3>& from, int size) {
   std::array<int, 3> to{};
-  for (std::size_t i = 0; i < 3; ++i) to[i] = std::min(from[i] + kBlock, grid.size[i]);
-  const double half = cell * kBlock / 2;
-  const Vector3 middle = low + cell * Vector3(from[0], from[1], from[2]) + Vector3::Constant(half);
-  const double there = field(middle);
-  const bool far = std::abs(there) * 1.0 > half * 1.75 / trust;
+  for (std::size_t i = 0; i < 3; ++i) {
+    to[i] = std::min(from[i] + size, grid.size[i]);
+    if (from[i] >= to[i]) return;
+  }
+  const double half = filling.cell * size / 2;
+  const double reach = half * 1.75;  // a bit more than half a block's diagonal
+  const Vector3 middle =
+      filling.low + filling.cell * Vector3(from[0], from[1], from[2]) + Vector3::Constant(half);
+  if (size == kBlock) filling.field.come_near(middle, reach);
+  const double there = filling.field.at(middle);
+  const bool far = std::abs(there) > reach / filling.trust;
+  if (!far && size > kLeast) {
+    const int part = size / 2;
+    for (int k = 0; k < 8; ++k) {
+      fill_block(grid, filling,
+                 {from[0] + (k & 1) * part, from[1] + (k >> 1 & 1) * part, from[2] + (k >> 2) * part}, part);
+    }
+    return;
+  }
   for (int z = from[2]; z < to[2]; ++z) {
     for (int y = from[1]; y < to[1]; ++y) {
       for (int x = from[0]; x < to[0]; ++x) {
-        grid.value[grid.index(x, y, z)] =
-            static_cast<float>(far ? there : field(low + cell * Vector3(x, y, z)));
+        const double value = far ? there : filling.field.at(filling.low + filling.cell * Vector3(x, y, z));
+        grid.value[grid.index(x, y, z)] = static_cast<float>(value);
       }
     }
   }
@@ -40,8 +63,8 @@ void fill_block(Grid& grid, const std::function<double(const Vector3&)>& field, 
 
 }  // namespace
 
-Surface surface_nets(const std::function<double(const Vector3&)>& field, const Vector3& low_mm,
-                     const Vector3& high_mm, double cell_mm, double trust) {
+Surface surface_nets(const Field& field, const Vector3& low_mm, const Vector3& high_mm, double cell_mm,
+                     double trust) {
   Grid grid;
   for (int i = 0; i < 3; ++i) {
     grid.size[static_cast<std::size_t>(i)] =
@@ -51,7 +74,7 @@ Surface surface_nets(const std::function<double(const Vector3&)>& field, const V
   for (int z = 0; z < grid.size[2]; z += kBlock) {
     for (int y = 0; y < grid.size[1]; y += kBlock) {
       for (int x = 0; x < grid.size[0]; x += kBlock) {
-        fill_block(grid, field, low_mm, cell_mm, trust, {x, y, z});
+        fill_block(grid, {field, low_mm, cell_mm, trust}, {x, y, z}, kBlock);
       }
     }
   }

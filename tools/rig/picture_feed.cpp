@@ -8,8 +8,8 @@
 
 namespace vergence::rig {
 
-PictureFeed::PictureFeed(const render::Scene& scene, std::array<Vivid*, 2> cameras)
-    : scene_(scene), cameras_(cameras), thread_([this] { work(); }) {}
+PictureFeed::PictureFeed(const render::Scene& scene, render::Eye eye, Vivid& camera)
+    : scene_(scene), eye_(eye), camera_(camera), thread_([this] { work(); }) {}
 
 PictureFeed::~PictureFeed() {
   {
@@ -20,36 +20,35 @@ PictureFeed::~PictureFeed() {
   thread_.join();
 }
 
-void PictureFeed::show(int side, const render::SceneState& state, std::uint64_t seed) {
-  const auto eye = static_cast<std::size_t>(side);
+void PictureFeed::show(const render::SceneState& state, std::uint64_t seed) {
   {
     const std::lock_guard lock(mutex_);
-    ++counts_[eye].asked;
-    if (busy_[eye] || jobs_[eye]) {
-      ++counts_[eye].skipped;
+    ++counts_.asked;
+    if (busy_ || job_) {
+      ++counts_.skipped;
       return;
     }
-    jobs_[eye] = Job{state, seed};
+    job_ = Job{state, seed};
   }
   wake_.notify_one();
 }
 
-void PictureFeed::act(int side, CameraAction action) {
+void PictureFeed::act(CameraAction action) {
   {
     const std::lock_guard lock(mutex_);
-    acts_.push_back({side, action});
+    acts_.push_back(action);
   }
   wake_.notify_one();
 }
 
-void PictureFeed::set_late(int side, std::size_t pictures) {
+void PictureFeed::set_late(std::size_t pictures) {
   const std::lock_guard lock(mutex_);
-  late_[static_cast<std::size_t>(side)] = std::min(pictures, kMostLate);
+  late_ = std::min(pictures, kMostLate);
 }
 
-PictureCounts PictureFeed::counts(int side) {
+PictureCounts PictureFeed::counts() {
   const std::lock_guard lock(mutex_);
-  return counts_[static_cast<std::size_t>(side)];
+  return counts_;
 }
 
 std::optional<std::string> PictureFeed::trouble() {
@@ -57,55 +56,50 @@ std::optional<std::string> PictureFeed::trouble() {
   return trouble_;
 }
 
-void PictureFeed::obey(const Act& act) {
-  Vivid& camera = *cameras_[static_cast<std::size_t>(act.side)];
-  if (act.action == CameraAction::kPlugIn) return camera.plug_in();
-  if (camera.is_unplugged()) return;
-  switch (act.action) {
-    case CameraAction::kUnplug: return camera.unplug();
+void PictureFeed::obey(CameraAction action) {
+  if (action == CameraAction::kPlugIn) return camera_.plug_in();
+  if (camera_.is_unplugged()) return;
+  switch (action) {
+    case CameraAction::kUnplug: return camera_.unplug();
     case CameraAction::kPlugIn: return;
-    case CameraAction::kDropAll: return camera.set_dropped_percent(100);
-    case CameraAction::kDropNone: return camera.set_dropped_percent(0);
-    case CameraAction::kFlagNext: return camera.flag_next_frame();
+    case CameraAction::kDropAll: return camera_.set_dropped_percent(100);
+    case CameraAction::kDropNone: return camera_.set_dropped_percent(0);
+    case CameraAction::kFlagNext: return camera_.flag_next_frame();
   }
 }
 
-void PictureFeed::make(std::size_t side, const Job& job, std::size_t late) {
+void PictureFeed::make(const Job& job, std::size_t late) {
   tools::RgbImage image;
-  render::render_eye(scene_, job.state, side == 0 ? render::Eye::kLeft : render::Eye::kRight, job.seed,
-                     image);
-  auto& shown = shown_[side];
-  if (shown.size() > kMostLate) shown.erase(shown.begin());
-  shown.emplace_back();
-  to_yuyv(image, shown.back());
-  const std::size_t back = std::min(late, shown.size() - 1);
-  if (!cameras_[side]->show(shown[shown.size() - 1 - back])) {
+  render::render_eye(scene_, job.state, eye_, job.seed, image);
+  if (shown_.size() > kMostLate) shown_.erase(shown_.begin());
+  shown_.emplace_back();
+  to_yuyv(image, shown_.back());
+  const std::size_t back = std::min(late, shown_.size() - 1);
+  if (!camera_.show(shown_[shown_.size() - 1 - back])) {
     const std::lock_guard lock(mutex_);
-    ++counts_[side].refused;
+    ++counts_.refused;
   }
 }
 
 void PictureFeed::work() {
   std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return ends_ || jobs_[0] || jobs_[1] || !acts_.empty(); });
+    wake_.wait(lock, [this] { return ends_ || job_ || !acts_.empty(); });
     if (ends_) return;
-    const std::vector<Act> acts = std::exchange(acts_, {});
-    const std::array<std::optional<Job>, 2> jobs = std::exchange(jobs_, {});
-    const std::array<std::size_t, 2> late = late_;
-    busy_ = {jobs[0].has_value(), jobs[1].has_value()};
+    const std::vector<CameraAction> acts = std::exchange(acts_, {});
+    const std::optional<Job> job = std::exchange(job_, {});
+    const std::size_t late = late_;
+    busy_ = job.has_value();
     lock.unlock();
     try {
-      for (const Act& act : acts) obey(act);
-      for (std::size_t side = 0; side < 2; ++side) {
-        if (jobs[side]) make(side, *jobs[side], late[side]);
-      }
+      for (const CameraAction action : acts) obey(action);
+      if (job) make(*job, late);
     } catch (const std::exception& error) {
       const std::lock_guard again(mutex_);
       trouble_ = error.what();
     }
     lock.lock();
-    busy_ = {};
+    busy_ = false;
   }
 }
 

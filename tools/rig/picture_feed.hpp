@@ -1,12 +1,13 @@
-// Makes pictures of the world and shows them to both cameras, in a thread of its own: in real time a picture
-// takes longer than the drives may wait for an answer.
+// Makes pictures of the world as one eye sees it and shows them to its camera, in a thread of its own: in
+// real time a picture takes longer than the drives may wait for an answer, and the other eye's is made beside
+// it.
 #pragma once
 
-#include <array>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -24,7 +25,7 @@ enum class CameraAction {
   kFlagNext,
 };
 
-struct PictureCounts {  // of an eye
+struct PictureCounts {
   std::uint64_t asked = 0;
   std::uint64_t skipped = 0;  // the one before was still being made
   std::uint64_t refused = 0;  // the camera was unplugged
@@ -32,18 +33,18 @@ struct PictureCounts {  // of an eye
 
 class PictureFeed {
  public:
-  PictureFeed(const render::Scene& scene, std::array<Vivid*, 2> cameras);
+  PictureFeed(const render::Scene& scene, render::Eye eye, Vivid& camera);
   ~PictureFeed();
   PictureFeed(const PictureFeed&) = delete;
   PictureFeed& operator=(const PictureFeed&) = delete;
 
   // Neither waits.
-  void show(int side, const render::SceneState& state, std::uint64_t seed);
-  void act(int side, CameraAction action);
-  // Of this eye, the picture of so many pictures before; at most kMostLate.
-  void set_late(int side, std::size_t pictures);
+  void show(const render::SceneState& state, std::uint64_t seed);
+  void act(CameraAction action);
+  // The picture of so many pictures before; at most kMostLate.
+  void set_late(std::size_t pictures);
 
-  [[nodiscard]] PictureCounts counts(int side);
+  [[nodiscard]] PictureCounts counts();
   // What went wrong in the thread, where something did.
   [[nodiscard]] std::optional<std::string> trouble();
 
@@ -54,26 +55,23 @@ class PictureFeed {
     render::SceneState state;
     std::uint64_t seed = 0;
   };
-  struct Act {
-    int side = 0;
-    CameraAction action = CameraAction::kFlagNext;
-  };
   void work();
-  void obey(const Act& act);
-  void make(std::size_t side, const Job& job, std::size_t late);
+  void obey(CameraAction action);
+  void make(const Job& job, std::size_t late);
 
   const render::Scene& scene_;
-  std::array<Vivid*, 2> cameras_;
-  std::array<std::vector<std::vector<std::uint8_t>>, 2> shown_{};  // the last ones of each eye, oldest first
+  render::Eye eye_;
+  Vivid& camera_;
+  std::vector<std::vector<std::uint8_t>> shown_;  // the last ones, oldest first
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::array<std::optional<Job>, 2> jobs_{};
-  std::vector<Act> acts_;
-  std::array<std::size_t, 2> late_{};
-  std::array<bool, 2> busy_{};
+  std::optional<Job> job_;
+  std::vector<CameraAction> acts_;
+  std::size_t late_ = 0;
+  bool busy_ = false;
   bool ends_ = false;
-  std::array<PictureCounts, 2> counts_{};
+  PictureCounts counts_;
   std::optional<std::string> trouble_;
   std::thread thread_;
 };

@@ -135,7 +135,8 @@ PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config
       eyes_(config.robot.eye_control.steps_per_rad),
       trace_(kGpioChip),
       cameras_{Vivid(kCameras[0], kDisplays[0]), Vivid(kCameras[1], kDisplays[1])},
-      feed_(world_.scene(), {&cameras_[0], &cameras_[1]}),
+      feeds_{PictureFeed(world_.scene(), render::Eye::kLeft, cameras_[0]),
+             PictureFeed(world_.scene(), render::Eye::kRight, cameras_[1])},
       view_(config.runtime.telemetry.data()),
       pen_(world_.T_W_S().inverse()),
       judge_(scenario, config.robot.arm, config.robot.hand_limits.linear_velocity_mm_per_s),
@@ -166,7 +167,9 @@ void PlantLoop::run() {
     }
     most_ticks_late_ = std::max(most_ticks_late_, static_cast<std::int64_t>(due) - 1);
     for (; due > 0 && tick_ <= ticks; --due) tick(tick_++);
-    if (const auto trouble = feed_.trouble()) throw RigError(*trouble);
+    for (PictureFeed& feed : feeds_) {
+      if (const auto trouble = feed.trouble()) throw RigError(*trouble);
+    }
   }
 }
 
@@ -186,18 +189,17 @@ void PlantLoop::take_trace() {
 
 // The eye whose picture came gives none until the other's has come.
 void PlantLoop::keep_out_of_step(std::size_t captured_side) {
-  const int side = static_cast<int>(captured_side);
-  feed_.act(side, CameraAction::kDropAll);
-  feed_.act(1 - side, CameraAction::kDropNone);
+  feeds_[captured_side].act(CameraAction::kDropAll);
+  feeds_[1 - captured_side].act(CameraAction::kDropNone);
 }
 
 void PlantLoop::show_pictures(const std::array<bool, 2>& due, std::int64_t now_ns, double t_s,
                               const Transform& T_W_H) {
-  for (int side = 0; side < 2; ++side) {
-    if (!due[static_cast<std::size_t>(side)]) continue;
-    shown_ns_[static_cast<std::size_t>(side)] = now_ns;
-    feed_.show(side, world_.state(t_s, T_W_H, eyes_.angles()),
-               render::hash(world_.scene().seed, pictures_++));
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (!due[side]) continue;
+    shown_ns_[side] = now_ns;
+    feeds_[side].show(world_.state(t_s, T_W_H, eyes_.angles()),
+                      render::hash(world_.scene().seed, pictures_++));
   }
 }
 
@@ -279,11 +281,11 @@ void PlantLoop::begin(const FaultEvent& fault) {
     case FaultKind::kWrongNode: return drives_.set_impostor(fault.joint);
     case FaultKind::kForeignTraffic: return drives_.set_foreign_traffic(static_cast<int>(fault.value));
     case FaultKind::kBusOff: return drives_.set_bus(false);
-    case FaultKind::kCameraUnplugged: return feed_.act(fault.side, CameraAction::kUnplug);
-    case FaultKind::kCameraStalled: return feed_.act(fault.side, CameraAction::kDropAll);
+    case FaultKind::kCameraUnplugged: return feed_of(fault).act(CameraAction::kUnplug);
+    case FaultKind::kCameraStalled: return feed_of(fault).act(CameraAction::kDropAll);
     case FaultKind::kEyeLate:
-      return feed_.set_late(
-          fault.side, static_cast<std::size_t>(std::llround(fault.value * 1e-3 * scenario_.frames_per_s)));
+      return feed_of(fault).set_late(
+          static_cast<std::size_t>(std::llround(fault.value * 1e-3 * scenario_.frames_per_s)));
     case FaultKind::kEyesOutOfStep: {
       out_of_step_ = true;
       return keep_out_of_step(static_cast<std::size_t>(fault.side));
@@ -307,9 +309,9 @@ void PlantLoop::hold(const FaultEvent& fault, std::int64_t tick) {
   // By a hash of its number, not by vivid's own dice, which are thrown anew in each run.
   const bool is_hit = render::uniform(1, static_cast<std::uint64_t>(now)) * 100 < fault.value;
   if (fault.kind == FaultKind::kCameraDropping) {
-    feed_.act(fault.side, is_hit ? CameraAction::kDropAll : CameraAction::kDropNone);
+    feed_of(fault).act(is_hit ? CameraAction::kDropAll : CameraAction::kDropNone);
   } else if (fault.kind == FaultKind::kCameraBroken && is_hit) {
-    feed_.act(fault.side, CameraAction::kFlagNext);
+    feed_of(fault).act(CameraAction::kFlagNext);
   }
 }
 
@@ -322,14 +324,14 @@ void PlantLoop::end(const FaultEvent& fault) {
     case FaultKind::kWrongNode: return drives_.set_impostor(std::nullopt);
     case FaultKind::kForeignTraffic: return drives_.set_foreign_traffic(0);
     case FaultKind::kBusOff: return drives_.set_bus(true);
-    case FaultKind::kCameraUnplugged: return feed_.act(fault.side, CameraAction::kPlugIn);
+    case FaultKind::kCameraUnplugged: return feed_of(fault).act(CameraAction::kPlugIn);
     case FaultKind::kCameraStalled:
-    case FaultKind::kCameraDropping: return feed_.act(fault.side, CameraAction::kDropNone);
-    case FaultKind::kEyeLate: return feed_.set_late(fault.side, 0);
+    case FaultKind::kCameraDropping: return feed_of(fault).act(CameraAction::kDropNone);
+    case FaultKind::kEyeLate: return feed_of(fault).set_late(0);
     case FaultKind::kEyesOutOfStep: {
       out_of_step_ = false;
-      feed_.act(0, CameraAction::kDropNone);
-      return feed_.act(1, CameraAction::kDropNone);
+      feeds_[0].act(CameraAction::kDropNone);
+      return feeds_[1].act(CameraAction::kDropNone);
     }
     case FaultKind::kControllerKilled: (void)controller_.is_running(); return controller_.start();
     case FaultKind::kControllerStopped: return controller_.send_signal(SIGCONT);

@@ -57,7 +57,7 @@ class PlantLoop {
   [[nodiscard]] const tools::LogTable& log() const { return log_; }
   [[nodiscard]] const Judge& judge() const { return judge_; }
   [[nodiscard]] const demo::Pen& pen() const { return pen_; }
-  [[nodiscard]] PictureCounts pictures(int side) { return feed_.counts(side); }
+  [[nodiscard]] PictureCounts pictures(int side) { return feeds_[static_cast<std::size_t>(side)].counts(); }
   [[nodiscard]] const PictureAges& ages() const { return ages_; }
   [[nodiscard]] const DriveBank& drives() const { return drives_; }
   [[nodiscard]] const EyeMotors& eyes() const { return eyes_; }
@@ -79,6 +79,7 @@ class PlantLoop {
   void end(const FaultEvent& fault);
   void take_trace();
   void keep_out_of_step(std::size_t captured_side);
+  PictureFeed& feed_of(const FaultEvent& fault) { return feeds_[static_cast<std::size_t>(fault.side)]; }
   void show_pictures(const std::array<bool, 2>& due, std::int64_t now_ns, double t_s, const Transform& T_W_H);
 
   RigScenario scenario_;
@@ -90,7 +91,7 @@ class PlantLoop {
   EyeMotors eyes_;
   TraceReader trace_;
   std::array<Vivid, 2> cameras_;
-  PictureFeed feed_;
+  std::array<PictureFeed, 2> feeds_;
   ControllerView view_;
   demo::Pen pen_;
   struct Aim {
