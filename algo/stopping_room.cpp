@@ -3,12 +3,33 @@
 #include <algorithm>
 
 namespace vergence {
+namespace {
+
+// What Taylor's series of the tool's place leaves out after the first order, at most, where no joint turns
+// farther than its way. The second derivative by joints i and j, j the nearer to the hand, is axis i x column
+// j: no longer than column j. A column keeps its length while joints before its own turn, and each behind it
+// lengthens it by its way times its own column at most.
+double bend(const SerialArm& arm, const ArmJacobian& J_tool, const std::array<double, kMaxJoints>& way) {
+  double sum = 0;
+  double lengthened = 0;  // of the columns before, by the joints behind
+  double before = 0;      // ways of the joints before
+  for (const double w : way) before += w;
+  for (int j = arm.joints - 1; j >= 0; --j) {
+    const double w = way[static_cast<std::size_t>(j)];
+    const double column = J_tool.col(j).head<3>().norm() + lengthened;
+    before -= w;
+    sum += column * w * (w / 2 + std::max(before, 0.0));
+    lengthened += column * w;
+  }
+  return sum;
+}
+
+}  // namespace
 
 ToolRoom stopping_room(const SerialArm& arm, const ArmJacobian& J_tool, const Vector3& tool_mm,
                        const std::array<JointMotion, kMaxJoints>& last, double period_s) {
   ToolRoom room{tool_mm, tool_mm};
-  double turned = 0;   // of all joints together, at most
-  double farther = 0;  // the longest column of J
+  std::array<double, kMaxJoints> way{};  // at most, either way
   for (int i = 0; i < arm.joints; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const JointLimits& limits = arm.limits[k];
@@ -20,12 +41,9 @@ ToolRoom stopping_room(const SerialArm& arm, const ArmJacobian& J_tool, const Ve
     const Vector3 column = J_tool.col(i).head<3>();
     room.min_mm += (column * low).cwiseMin(column * high);
     room.max_mm += (column * low).cwiseMax(column * high);
-    turned += std::max(high, -low);
-    farther = std::max(farther, column.norm());
+    way[k] = std::max(high, -low);
   }
-  // |column'| <= |column| for each rad that any joint turns: half the square of the way, as in Taylor's
-  // series. Columns lengthen on the way by no more than that again.
-  const Vector3 bent = Vector3::Constant(farther * turned * turned * (1 + turned) / 2);
+  const Vector3 bent = Vector3::Constant(bend(arm, J_tool, way));
   room.min_mm -= bent;
   room.max_mm += bent;
   return room;

@@ -17,6 +17,9 @@ jobs=$(nproc)
 tools/setup.sh build run test lint
 # Without it the tests of the rig are skipped, and say so.
 tools/setup.sh rig || echo "tools/test.sh: the rig is left out: its packages cannot be installed"
+if [ "$(uname -m)" = x86_64 ]; then
+  tools/setup.sh vm || echo "tools/test.sh: the rig's virtual machine is left out: its packages cannot be installed"
+fi
 if [ "$quick" = 0 ]; then
   echo "== sanitizers"
   tools/build.sh asan-ubsan

@@ -77,6 +77,18 @@ TEST(StoppingRoom, OfAnArmAtRestIsItsTool) {
   EXPECT_EQ(room.min_mm, state.tool());
 }
 
+// The joints before and behind the wrist's turn fast and against each other there, and the tool hardly moves.
+TEST(StoppingRoom, OfAWristThatPassesItsSingularPoseIsSmall) {
+  State state;
+  state.motion[1].position_rad = 0.5;
+  state.motion[3].position_rad = 1.6;
+  state.motion[5].position_rad = -0.19;
+  state.motion[4].velocity_rad_per_s = -3.1;
+  state.motion[6].velocity_rad_per_s = 3.1;
+  const ToolRoom room = state.room();
+  EXPECT_LT((room.max_mm - room.min_mm).maxCoeff(), 20);
+}
+
 TEST(StoppingRoom, OfASlowHandIsLittleMoreThanItsWay) {
   testing::Random random(7);
   State state = random_state(random);

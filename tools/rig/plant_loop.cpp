@@ -26,6 +26,7 @@ namespace vergence::rig {
 namespace {
 
 constexpr std::int64_t kTick_ns = 1'000'000;
+constexpr int kDrivePriority = 95;  // above all of the controller's
 constexpr std::int64_t kTicksARow = 10;
 constexpr std::int64_t kTicksToTrace = 5;
 constexpr std::int64_t kTicksToRhythm = 1000;
@@ -37,10 +38,11 @@ std::int64_t monotonic_ns() {
   return rt::MonotonicClock().now_ns();
 }
 
-// On a whole second: whatever came before, what follows is the same with respect to all of the kernel's
-// ticks.
+// Time enough to open the devices, and on a whole second: whatever came before, what follows is the same with
+// respect to all of the kernel's ticks.
 std::int64_t next_start_ns() {
-  return (monotonic_ns() / kNsPerSecond + 1) * kNsPerSecond;
+  constexpr std::int64_t kOpening_ns = kNsPerSecond / 2;
+  return ((monotonic_ns() + kOpening_ns) / kNsPerSecond + 1) * kNsPerSecond;
 }
 
 void sleep_until(std::int64_t t_ns) {
@@ -100,9 +102,16 @@ void start_ticking(const FileHandle& timer, std::int64_t first_ns) {
   if (timerfd_settime(timer.get(), TFD_TIMER_ABSTIME, &when, nullptr) != 0) fail_with_errno("timer");
 }
 
-// Woken by a frame, it does not take the processor from who sends the others of the same cycle: it finds all
-// of them at once. Not so what it starts.
-void wake_politely() {
+// What it starts is scheduled as anything else is.
+void schedule(Pace pace) {
+  if (pace == Pace::kReal) {
+    // Drives answer whatever the controller and the pictures take.
+    const sched_param first{kDrivePriority};
+    if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &first) != 0) fail_with_errno("SCHED_FIFO");
+    return;
+  }
+  // Woken by a frame, it does not take the processor from who sends the others of the same cycle: it finds
+  // all of them at once.
   const sched_param none{};
   if (sched_setscheduler(0, SCHED_BATCH | SCHED_RESET_ON_FORK, &none) != 0) fail_with_errno("SCHED_BATCH");
 }
@@ -128,8 +137,8 @@ PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config
     : scenario_(scenario),
       config_(config),
       controller_(controller),
-      start_ns_(next_start_ns()),
       world_(scene_of(scenario, config), config.robot.arm, start_pose(scenario)),
+      start_ns_(next_start_ns()),
       drives_(kCan, config.can.arm, config.robot.arm, start_of(config.robot.arm, start_pose(scenario)),
               start_ns_),
       eyes_(config.robot.eye_control.steps_per_rad),
@@ -148,10 +157,10 @@ PlantLoop::PlantLoop(const RigScenario& scenario, const ControllerConfig& config
   drives_.sway(scenario.sways);
 }
 
-void PlantLoop::run() {
+void PlantLoop::run(Pace pace) {
   const FileHandle timer(timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
   if (!timer.is_open()) fail_with_errno("timer");
-  wake_politely();
+  schedule(pace);
   sleep_until(start_ns_ - kTick_ns);
   controller_.start();
   start_ticking(timer, start_ns_);

@@ -45,6 +45,11 @@ class PictureAges {
   std::vector<std::int64_t> ages_ns_;
 };
 
+enum class Pace {
+  kVirtual,  // the clock waits for whoever computes
+  kReal,
+};
+
 class PlantLoop {
  public:
   // Throws RigError where a device is missing, InputError where the scene is wrong, std::runtime_error where
@@ -52,7 +57,7 @@ class PlantLoop {
   PlantLoop(const RigScenario& scenario, const ControllerConfig& config, ControllerProcess& controller);
 
   // From now on for the scenario's duration. Throws RigError where a device fails by itself.
-  void run();
+  void run(Pace pace);
 
   [[nodiscard]] const tools::LogTable& log() const { return log_; }
   [[nodiscard]] const Judge& judge() const { return judge_; }
@@ -85,8 +90,8 @@ class PlantLoop {
   RigScenario scenario_;
   const ControllerConfig& config_;
   ControllerProcess& controller_;
-  std::int64_t start_ns_;  // on a whole millisecond
-  RigWorld world_;
+  RigWorld world_;         // which takes a while to make
+  std::int64_t start_ns_;  // on a whole second
   DriveBank drives_;
   EyeMotors eyes_;
   TraceReader trace_;

@@ -37,6 +37,7 @@ struct Options {
   std::filesystem::path config;
   std::filesystem::path out = ".";
   std::string command = "tools/rig/run";
+  bool real_time = false;
   std::vector<std::string> controller;
 };
 
@@ -159,7 +160,7 @@ int run(const Options& options) {
   ControllerProcess controller(options.controller, options.out / "controller.log");
   PlantLoop plant(scenario, *config, controller);
   RigOperator person(config->runtime.command_socket.data(), scenario, plant.start_ns());
-  plant.run();
+  plant.run(options.real_time ? Pace::kReal : Pace::kVirtual);
   write_lines(options.out / "operator.log", person.finish());
   const int controller_status = controller.finish();
 
@@ -207,6 +208,7 @@ int main(int argc, char** argv) {
   app.add_option("--config", options.config, "the controller's configuration image")->required();
   app.add_option("--out", options.out, "where log.csv, summary.json and report.html go");
   app.add_option("--command", options.command, "what the report says the run is started with");
+  app.add_flag("--real-time", options.real_time, "the clock does not wait: drives come before all else");
   app.add_option("controller", options.controller, "the controller and its arguments, after --");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -14,5 +14,7 @@ case $(value program) in
 esac
 read -ra arguments <<<"$(value arguments)"
 config=$RIG_OUT/robot/robot.vcfg
-exec "$RIG_BUILD/bin/vergence_rig_plant" --scenario "$scenario" --config "$config" --out "$RIG_OUT" \
+pace=()
+[ "$RIG_TIME" = virtual ] || pace=(--real-time)
+exec "$RIG_BUILD/bin/vergence_rig_plant" "${pace[@]}" --scenario "$scenario" --config "$config" --out "$RIG_OUT" \
   --command "tools/rig/run $RIG_SCENARIO" -- "${program[@]}" --config "$config" "${arguments[@]}"

@@ -35,7 +35,10 @@ look() {
   fi
   need_module vivid VIDEO_VIVID 3.18
   need_module vcan CAN_VCAN 2.6.25
-  need_module gpio-sim GPIO_SIM 5.17
+  need_module can-raw CAN_RAW 2.6.25
+  modprobe --dry-run --quiet gpio-sim 2>/dev/null ||
+    need "this kernel ($(uname -r)) has no module gpio-sim" \
+      "tools/rig/build_gpio_sim.sh builds it for kernels of Debian; or boot one with CONFIG_GPIO_SIM (since Linux 5.17)"
   need_file_system configfs CONFIGFS_FS
   need_file_system tracefs FTRACE
   need_file_system debugfs DEBUG_FS
@@ -93,6 +96,7 @@ modprobe vivid n_devs=2 node_types=0x101,0x101 \
   vid_cap_nr="$(number "$RIG_LEFT_CAMERA"),$(number "$RIG_RIGHT_CAMERA")" \
   vid_out_nr="$(number "$RIG_LEFT_DISPLAY"),$(number "$RIG_RIGHT_DISPLAY")" || fail "vivid cannot be loaded: see dmesg"
 modprobe vcan || fail "vcan cannot be loaded: see dmesg"
+modprobe can-raw || fail "can-raw cannot be loaded: see dmesg"
 modprobe gpio-sim || fail "gpio-sim cannot be loaded: see dmesg"
 [ -d /sys/kernel/config/gpio-sim ] || mount -t configfs configfs /sys/kernel/config || fail "configfs cannot be mounted"
 [ -d $tracing/events ] || mount -t tracefs tracefs $tracing || fail "tracefs cannot be mounted"
