@@ -25,6 +25,7 @@ struct CorrelationModel {
   std::int64_t sum_cb = 0;
   std::int64_t sum_cr = 0;
   std::int64_t sum_squares = 0;
+  double deviation = 0;  // root of what stands under the root for the model, times the points
 };
 
 // `points` is limited to the model's S_in and rounded down to a multiple of 16 (whole vectors on every
