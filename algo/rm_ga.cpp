@@ -119,8 +119,8 @@ Chromosome mutate(const Chromosome& chromosome, int mutation_per_1024, CounterRa
 }
 
 void sort_by_score(Population& population) {
-  // Rank = number of fitter individuals, or equally fit ones that come earlier: each pair is compared once whatever the
-  // scores, so that the work of a generation does not depend on the image.
+  // Rank = number of fitter individuals, or equally fit ones that come earlier: each pair is compared once
+  // whatever the scores, so that the work of a generation does not depend on the image.
   const auto unsorted = population.individual;
   std::array<unsigned, kPopulation> rank{};
   for (unsigned i = 0; i < kPopulation; ++i) {
