@@ -5,7 +5,7 @@
 #include <cmath>
 
 // A search asks for 48 points, some 70,000 times a frame: AVX-512 spends more on the ends than it saves
-// between them (a cold frame takes 9 % longer with it).
+// between them (a cold frame takes 7 % longer with it).
 #if defined(__x86_64__)
 #define HWY_DISABLED_TARGETS HWY_AVX3
 #endif
