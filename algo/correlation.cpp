@@ -40,34 +40,60 @@ void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, co
   const auto one_low = hn::BitCast(d16, hn::Set(du32, 0x00000001U));
   const auto one_high = hn::BitCast(d16, hn::Set(du32, 0x00010000U));
 
-  auto luma = hn::Zero(d32);
-  auto cb = hn::Zero(d32);
-  auto cr = hn::Zero(d32);
+  const auto outside = hn::Set(d32, PixelGrid{image.width_px, image.height_px}.outside());
   auto squares = hn::Zero(d32);
   auto products = hn::Zero(d32);
-  for (int i = 0; i < model.points; i += lanes) {
-    const auto packed = hn::Load(du32, pixel + i);
-    auto yr = hn::Sub(hn::BitCast(d16, hn::And(packed, even_bytes)), centre_both);
-    yr = hn::Add(yr, hn::And(yr, high_half));  // luma, 2 cr
-    auto b = hn::Sub(hn::BitCast(d16, hn::And(hn::ShiftRight<8>(packed), low_byte)), centre_low);
-    b = hn::Add(b, b);  // 2 cb, 0
-    const auto model_yr = hn::Load(d16, model.luma_cr.data() + 2 * i);
-    const auto model_b = hn::Load(d16, model.cb.data() + 2 * i);
-    const auto accumulate = [&](auto a, auto c, auto& sum) {
-      auto other = hn::Zero(d32);  // where some instruction sets put half of the sums
-      sum = hn::ReorderWidenMulAccumulate(d32, a, c, sum, other);
-      sum = hn::Add(sum, other);
+  auto seen = hn::Zero(d32);
+  const auto accumulate = [&](auto a, auto c, auto& sum) {
+    auto other = hn::Zero(d32);  // where some instruction sets put half of the sums
+    sum = hn::ReorderWidenMulAccumulate(d32, a, c, sum, other);
+    sum = hn::Add(sum, other);
+  };
+  struct Channels {
+    hn::Vec<decltype(d32)> luma;
+    hn::Vec<decltype(d32)> cb;
+    hn::Vec<decltype(d32)> cr;
+  };
+  Channels of_image{hn::Zero(d32), hn::Zero(d32), hn::Zero(d32)};
+  Channels of_model{hn::Zero(d32), hn::Zero(d32), hn::Zero(d32)};
+  // Plain sums fit into 16 bits for so many vectors.
+  const int block = 64 * lanes;
+  for (int from = 0; from < model.points; from += block) {
+    const int to = from + block < model.points ? from + block : model.points;
+    auto image_yr = hn::Zero(d16);
+    auto image_b = hn::Zero(d16);
+    auto seen_yr = hn::Zero(d16);
+    auto seen_b = hn::Zero(d16);
+    for (int i = from; i < to; i += lanes) {
+      const auto packed = hn::Load(du32, pixel + i);
+      auto yr = hn::Sub(hn::BitCast(d16, hn::And(packed, even_bytes)), centre_both);
+      yr = hn::Add(yr, hn::And(yr, high_half));  // luma, 2 cr
+      auto b = hn::Sub(hn::BitCast(d16, hn::And(hn::ShiftRight<8>(packed), low_byte)), centre_low);
+      b = hn::Add(b, b);  // 2 cb, 0
+      const auto model_yr = hn::Load(d16, model.luma_cr.data() + 2 * i);
+      const auto model_b = hn::Load(d16, model.cb.data() + 2 * i);
+      const auto is_seen = hn::VecFromMask(d32, hn::Lt(hn::Load(d32, index + i), outside));
+      seen = hn::Sub(seen, is_seen);  // minus one where it is
+      image_yr = hn::Add(image_yr, yr);
+      image_b = hn::Add(image_b, b);
+      seen_yr = hn::Add(seen_yr, hn::And(model_yr, hn::BitCast(d16, is_seen)));
+      seen_b = hn::Add(seen_b, hn::And(model_b, hn::BitCast(d16, is_seen)));
+      accumulate(yr, yr, squares);
+      accumulate(b, b, squares);
+      accumulate(yr, model_yr, products);
+      accumulate(b, model_b, products);
+    }
+    const auto add_up = [&](auto yr, auto b, Channels& sums16) {
+      accumulate(yr, one_low, sums16.luma);
+      accumulate(yr, one_high, sums16.cr);
+      accumulate(b, one_low, sums16.cb);
     };
-    accumulate(yr, one_low, luma);
-    accumulate(yr, one_high, cr);
-    accumulate(b, one_low, cb);
-    accumulate(yr, yr, squares);
-    accumulate(b, b, squares);
-    accumulate(yr, model_yr, products);
-    accumulate(b, model_b, products);
+    add_up(image_yr, image_b, of_image);
+    add_up(seen_yr, seen_b, of_model);
   }
   const auto total = [&](auto v) { return static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(d32, v))); };
-  sums = {total(luma), total(cb), total(cr), total(squares), total(products)};
+  sums = {total(of_image.luma), total(of_image.cb),   total(of_image.cr), total(squares),    total(products),
+          total(seen),          total(of_model.luma), total(of_model.cb), total(of_model.cr)};
 }
 
 }  // namespace vergence::HWY_NAMESPACE
@@ -81,12 +107,6 @@ HWY_EXPORT(correlation_sums);
 namespace {
 
 constexpr std::int64_t kNoiseVariance = 20;  // of a bare wall, a point
-
-// The variances of all channels, and the noise's; times n^2, in integers: n sum aa - sum a sum a.
-std::int64_t variance(std::int64_t n, std::int64_t squares, std::int64_t luma, std::int64_t cb,
-                      std::int64_t cr) {
-  return n * squares - (luma * luma + cb * cb + cr * cr) + n * n * kNoiseVariance;
-}
 
 }  // namespace
 
@@ -108,8 +128,11 @@ void build_correlation_model(const PhotoModel& photo, int level, int points, Cor
     model.sum_cr += cr;
     model.sum_squares += luma * luma + cb * cb + cr * cr;
   }
+  const std::int64_t n = model.points;
   model.deviation = std::sqrt(static_cast<double>(
-      variance(model.points, model.sum_squares, model.sum_luma, model.sum_cb, model.sum_cr)));
+      n * model.sum_squares -
+      (model.sum_luma * model.sum_luma + model.sum_cb * model.sum_cb + model.sum_cr * model.sum_cr) +
+      n * n * kNoiseVariance));
 }
 
 std::int64_t correlation(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
@@ -117,12 +140,16 @@ std::int64_t correlation(const CorrelationModel& model, const PhotoModel& photo,
   if (model.points == 0) return 0;
   CorrelationSums s;
   HWY_DYNAMIC_DISPATCH(correlation_sums)(model, photo, camera, image, T_C_M, s);
-  // Times n^2, in integers: n sum ab - sum a sum b.
+  if (s.seen == 0) return 0;
+  // Times n^2, over the points that are seen: sum ab - sum a sum b / seen, by the share that is seen; and
+  // what is seen varies about its own mean.
   const std::int64_t n = model.points;
   const std::int64_t covariance =
-      n * s.products - (s.luma * model.sum_luma + s.cb * model.sum_cb + s.cr * model.sum_cr);
-  const double scale =
-      std::sqrt(static_cast<double>(variance(n, s.squares, s.luma, s.cb, s.cr))) * model.deviation;
+      s.seen * s.products - (s.luma * s.model_luma + s.cb * s.model_cb + s.cr * s.model_cr);
+  const double means = static_cast<double>(n) / static_cast<double>(s.seen) *
+                       static_cast<double>(s.luma * s.luma + s.cb * s.cb + s.cr * s.cr);
+  const double variance = static_cast<double>(n * s.squares + n * n * kNoiseVariance) - means;
+  const double scale = std::sqrt(variance) * model.deviation;
   return static_cast<std::int64_t>(static_cast<double>(covariance) / scale *
                                    static_cast<double>(kCorrelationOne));
 }

@@ -39,6 +39,11 @@ struct CorrelationSums {
   std::int64_t cr = 0;
   std::int64_t squares = 0;
   std::int64_t products = 0;  // image times model
+  std::int64_t seen = 0;      // points in the image
+  // Of the model, over those.
+  std::int64_t model_luma = 0;
+  std::int64_t model_cb = 0;
+  std::int64_t model_cr = 0;
 };
 
 inline constexpr std::int64_t kCorrelationOne = 1'000'000;
@@ -46,8 +51,10 @@ inline constexpr std::int64_t kCorrelationOne = 1'000'000;
 // Correlation of one camera, -1 .. 1 in millionths:
 //   sum_c cov_c(image, model) / sqrt(sum_c var_c(image) sum_c var_c(model)),  c = luma, 2 cb, 2 cr,
 // with a small constant added to both variances, so that noise on a bare wall does not count as likeness.
-// Points beside the image, or behind the camera, see a neutral grey. `camera_at_level` is the camera scaled
-// to the level of the model (camera_at_level()).
+// Points beside the image, or behind the camera, are taken to see the mean of what the others see, and the
+// whole counts by the share that is seen: a target that is half beside the image is likely where it is, and
+// half of one anywhere is not. `camera_at_level` is the camera scaled to the level of the model
+// (camera_at_level()).
 [[nodiscard]] std::int64_t correlation(const CorrelationModel& model, const PhotoModel& photo,
                                        const CameraModel& camera_at_level, const ColourLevel& image,
                                        const Transform& T_C_M);

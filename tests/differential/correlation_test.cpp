@@ -95,44 +95,48 @@ TEST(ColourPyramid, EqualsPlainCodeForEveryFormatAndWidth) {
   });
 }
 
-// Correlation written plainly, in double precision.
+// Correlation written plainly, in double precision, with the mean put in where nothing is seen, by the
+// share that is.
 double plain_correlation(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
                          const ColourLevel& image, const Transform& T_C_M) {
   const PointColours& colours = photo.colour[static_cast<unsigned>(model.level)];
-  const double n = model.points;
-  double image_sum[3] = {};
-  double model_sum[3] = {};
-  double ii = 0;
-  double mm = 0;
-  double im = 0;
-  for (unsigned k = 0; k < static_cast<unsigned>(model.points); ++k) {
+  const auto points = static_cast<unsigned>(model.points);
+  std::vector<Vector3> image_colours(points);
+  std::vector<bool> is_seen(points);
+  Vector3 mean = Vector3::Zero();
+  double seen = 0;
+  for (unsigned k = 0; k < points; ++k) {
     Vector2 uv;
-    ColourPixel pixel = kNeutralPixel;
-    if (project(camera, T_C_M * Vector3(photo.x_mm[k], photo.y_mm[k], photo.z_mm[k]), uv)) {
-      const double u = std::nearbyint(uv[0]);
-      const double v = std::nearbyint(uv[1]);
-      if (u >= 0 && v >= 0 && u < image.width_px && v < image.height_px) {
-        pixel = image.pixel[static_cast<int>(v) * image.width_px + static_cast<int>(u)];
-      }
-    }
-    const double seen[3] = {channel(pixel, 0) - 128.0, 2 * (channel(pixel, 1) - 128.0),
-                            2 * (channel(pixel, 2) - 128.0)};
-    const double known[3] = {colours.luma[k] - 128.0, 2 * (colours.cb[k] - 128.0),
-                             2 * (colours.cr[k] - 128.0)};
-    for (int c = 0; c < 3; ++c) {
-      image_sum[c] += seen[c];
-      model_sum[c] += known[c];
-      ii += seen[c] * seen[c];
-      mm += known[c] * known[c];
-      im += seen[c] * known[c];
-    }
+    if (!project(camera, T_C_M * Vector3(photo.x_mm[k], photo.y_mm[k], photo.z_mm[k]), uv)) continue;
+    const double u = std::nearbyint(uv[0]);
+    const double v = std::nearbyint(uv[1]);
+    if (u < 0 || v < 0 || u >= image.width_px || v >= image.height_px) continue;
+    const ColourPixel pixel = image.pixel[static_cast<int>(v) * image.width_px + static_cast<int>(u)];
+    image_colours[k] = {channel(pixel, 0) - 128.0, 2 * (channel(pixel, 1) - 128.0),
+                        2 * (channel(pixel, 2) - 128.0)};
+    is_seen[k] = true;
+    mean += image_colours[k];
+    ++seen;
   }
-  for (int c = 0; c < 3; ++c) {
-    im -= image_sum[c] * model_sum[c] / n;
-    ii -= image_sum[c] * image_sum[c] / n;
-    mm -= model_sum[c] * model_sum[c] / n;
+  if (seen == 0) return 0;
+  mean /= seen;
+  Vector3 model_mean = Vector3::Zero();
+  std::vector<Vector3> model_colours(points);
+  for (unsigned k = 0; k < points; ++k) {
+    model_colours[k] = {colours.luma[k] - 128.0, 2 * (colours.cb[k] - 128.0), 2 * (colours.cr[k] - 128.0)};
+    model_mean += model_colours[k] / points;
   }
-  return im / std::sqrt((ii + 20 * n) * (mm + 20 * n));
+  double ii = 20.0 * points;
+  double mm = 20.0 * points;
+  double im = 0;
+  for (unsigned k = 0; k < points; ++k) {
+    const Vector3 a = is_seen[k] ? Vector3(image_colours[k] - mean) : Vector3(Vector3::Zero());
+    const Vector3 b = model_colours[k] - model_mean;
+    ii += a.squaredNorm();
+    mm += b.squaredNorm();
+    im += a.dot(b);
+  }
+  return seen / points * im / std::sqrt(ii * mm);
 }
 
 TEST(Correlation, EqualsPlainCodeAndIsOneBitPatternOnEveryInstructionSet) {
