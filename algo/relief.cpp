@@ -22,6 +22,12 @@ constexpr int kHalfSteps = 6;   // at half resolution
 // better, and is learned from nothing again at the better pose.
 constexpr int kYoungFrames = 6;
 constexpr double kAnewBetter = 0.95;  // of the cost: then what was learned anew takes the place
+// In one of those frames from other tilts: the flat model may have been found far from the right one.
+constexpr int kTiltFrame = 3;
+constexpr double kTilt_e = 0.3;
+constexpr double kTiltBetter = 0.8;  // of the cost
+constexpr std::array<std::array<double, 2>, 4> kTilts{
+    {{kTilt_e, 0}, {-kTilt_e, 0}, {0, kTilt_e}, {0, -kTilt_e}}};
 constexpr int kBetterInARow = 3;
 constexpr double kFirstBetter = 0.78;    // of the cost of the flat model, on the frame it was learned from
 constexpr double kFirstGain = 0.25;      // of the cost, there
@@ -274,15 +280,15 @@ double Relief::learn_anew(const StereoRig& rig, const ColourPyramid& left, const
 }
 
 // What was learned at the flat model's pose has the tilt in it that the flat model was wrong by, and
-// improving it does not always lose that. From where it is now a first relief may come out better.
+// improving it does not always lose that. Beginning at `start`, a first relief may come out better.
 void Relief::try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                      const PhotoModel& model, Transform& T_H_C) {
+                      const PhotoModel& model, const Transform& T_H_start, double better, Transform& T_H_C) {
   look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);
   const double before = cost();
   before_z_mm_ = z_mm_;
   before_known_ = known_;
-  Transform T_anew = T_H_C;
-  if (learn_anew(rig, left, right, model, T_anew) < kAnewBetter * before) {
+  Transform T_anew = T_H_start;
+  if (learn_anew(rig, left, right, model, T_anew) < better * before) {
     T_H_C = T_anew;
   } else {
     z_mm_ = before_z_mm_;
@@ -363,7 +369,14 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   const bool better = (learned < limit * in_use) & (adopted | (in_use - learned > kLeastGain));
   better_ = better ? better_ + 1 : 0;
 
-  if (revise) try_anew(rig, left, right, model, T_H_C);
+  if (revise) try_anew(rig, left, right, model, T_H_C, kAnewBetter, T_H_C);
+  if (revise && frames_ == kTiltFrame) {
+    const Transform T_H_before = T_H_C;
+    for (const auto& [e1, e2] : kTilts) {
+      const Transform tilt{rotation_from_quaternion_vector(Vector3{e1, e2, 0}), Vector3::Zero()};
+      try_anew(rig, left, right, model, T_H_before * tilt, kTiltBetter, T_H_C);
+    }
+  }
   improve(rig, left, right, level, model, half ? kHalfSteps : 1, half ? 1 : kShare, T_H_C);
   if (half) {
     sweep(rig, left, right, model, T_H_C, 0, kReliefHypotheses);
@@ -399,7 +412,7 @@ void Relief::adopt(PhotoModel& model, Transform& T_H_M) {
   }
   state_ = ReliefState::kAdopted;
   better_ = 0;
-  T_H_M = T_H_M * T_M_C_;
+  T_H_M = learned_pose(T_H_M);
   T_M_C_ = Transform{};
 }
 

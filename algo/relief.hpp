@@ -62,6 +62,8 @@ class Relief {
                                      const ColourPyramid& right, const PhotoModel& model,
                                      const Transform& T_H_M, bool followed);
 
+  // Where the target that is at T_H_M with the model in use is with what was learned.
+  [[nodiscard]] Transform learned_pose(const Transform& T_H_M) const { return T_H_M * T_M_C_; }
   // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
   void adopt(PhotoModel& model, Transform& T_H_M);
 
@@ -116,7 +118,8 @@ class Relief {
   [[nodiscard]] double learn_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                                   const PhotoModel& model, Transform& T_H_C);
   void try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                const PhotoModel& model, Transform& T_H_C);
+                const PhotoModel& model, const Transform& T_H_start, double better,
+                Transform& T_H_C);
   [[nodiscard]] double flat_cost(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                                  int level, const PhotoModel& model, const Transform& T_H_M);
   [[nodiscard]] double cost_in_use(const StereoRig& rig, const ColourPyramid& left,
