@@ -6,7 +6,7 @@ namespace vergence {
 namespace {
 
 // As `vergence accuracy --fit-confidence` fitted them to poses found right and wrong.
-constexpr PhotoFeatures kWeight{-3.03, 4.24, 8.62, 1.06, 6.38, 2.56, -3.24, -2.13};
+constexpr PhotoFeatures kWeight{-3.56, 6.84, 7.10, 4.10, 1.54, 1.65, -3.40, -2.68};
 // Between one frame and the next a target stays far more often than it goes.
 constexpr double kFollowedBias = 1.0;
 
