@@ -33,6 +33,7 @@ constexpr double kFirstBetter = 0.78;    // of the cost of the flat model, on th
 constexpr double kFirstGain = 0.25;      // of the cost, there
 constexpr double kClearlyBetter = 0.85;  // of the cost of the flat model, on frames it was not learned from
 constexpr double kLeastGain = 0.2;       // of the cost, where 3 is no likeness at all
+constexpr double kNoneWorse = 1.2;       // of the cost of each pairing
 constexpr double kAnyBetter = 0.995;     // once there is a relief
 
 constexpr int kLeastPoints = 64;
@@ -69,6 +70,15 @@ void move_by(const Vector6& step, Transform& T) {
   const Vector3 turn = limited(step.tail<3>(), kMaxTurn_rad);
   T = T * Transform{rotation_from_quaternion_vector(turn * 0.5), move};
   T.R = rotation_from_quaternion_vector(quaternion_vector_from_rotation(T.R));
+}
+
+// What a target is like shows in all pairings. Where a photo is not what its camera is said to have seen
+// (cropped, say), a relief that explains two of them better spoils the third.
+template <class Costs>
+bool none_worse(const Costs& learned, const Costs& flat) {
+  bool none = true;
+  for (std::size_t k = 0; k < flat.size(); ++k) none &= learned[k] <= kNoneWorse * flat[k];
+  return none;
 }
 
 }  // namespace
@@ -333,10 +343,11 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   if (frames_ == 0) {
     T_H_C = T_H_C * Transform{Matrix3::Identity(), {kAside_mm[at(tries_)], 0, 0}};
     const double learned = learn_anew(rig, left, right, model, T_H_C);
+    const PairingCosts learned_costs = costs();
     const double in_use = cost_in_use(rig, left, right, kReliefFirstLevel, model, T_H_M);
     T_M_C_ = T_H_M.inverse() * T_H_C;
-    const bool good =
-        learned < kFirstBetter * in_use && in_use - learned > kFirstGain && spread_mm() >= kLeastSpread_mm;
+    const bool good = learned < kFirstBetter * in_use && in_use - learned > kFirstGain &&
+                      none_worse(learned_costs, costs()) && spread_mm() >= kLeastSpread_mm;
     // The flat model's pose may have settled badly: from that of another frame, or from a little beside, it
     // may do better. What is learned beside is taken where it is good at once, and no risk is taken on it
     // otherwise.
@@ -352,6 +363,7 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
 
   // The model in use explains this frame so well:
   const double in_use = cost_in_use(rig, left, right, level, model, T_H_M);
+  const PairingCosts in_use_costs = costs();
   const bool adopted = state_ == ReliefState::kAdopted;
   // A relief that was adopted at a wrong pose explains that. At the right one the flat model may do as well.
   const bool revise = followed && is_young();
@@ -366,7 +378,8 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   look(rig, left, right, level, model, z_mm_, T_H_C);
   const double learned = cost();
   const double limit = adopted ? kAnyBetter : kClearlyBetter;
-  const bool better = (learned < limit * in_use) & (adopted | (in_use - learned > kLeastGain));
+  const bool clearly = (in_use - learned > kLeastGain) & none_worse(costs(), in_use_costs);
+  const bool better = (learned < limit * in_use) & (adopted | clearly);
   better_ = better ? better_ + 1 : 0;
 
   if (revise) try_anew(rig, left, right, model, T_H_C, kAnewBetter, T_H_C);
@@ -412,7 +425,7 @@ void Relief::adopt(PhotoModel& model, Transform& T_H_M) {
   }
   state_ = ReliefState::kAdopted;
   better_ = 0;
-  T_H_M = learned_pose(T_H_M);
+  T_H_M = T_H_M * T_M_C_;
   T_M_C_ = Transform{};
 }
 

@@ -62,8 +62,6 @@ class Relief {
                                      const ColourPyramid& right, const PhotoModel& model,
                                      const Transform& T_H_M, bool followed);
 
-  // Where the target that is at T_H_M with the model in use is with what was learned.
-  [[nodiscard]] Transform learned_pose(const Transform& T_H_M) const { return T_H_M * T_M_C_; }
   // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
   void adopt(PhotoModel& model, Transform& T_H_M);
 
@@ -91,6 +89,7 @@ class Relief {
     double cost = 0;   // mean absolute residual over the spread of the colours
   };
   using Points = std::array<double, kMaxReliefPoints>;
+  using PairingCosts = std::array<double, 3>;  // photo-left, photo-right, left-right
 
   [[nodiscard]] Vector3 point(int i, double z_mm) const;
   void sample(const Points& z_mm, const View& view, const Transform& T_H_M,
@@ -105,6 +104,8 @@ class Relief {
             const PhotoModel& model, const Points& z_mm, const Transform& T_H_M);
   void glance(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
               double z_mm, const Transform& T_H_M);
+  // Of the three pairings at the last look.
+  [[nodiscard]] PairingCosts costs() const;
   [[nodiscard]] double cost() const;
   void linearise();
   void add_priors();
@@ -163,7 +164,7 @@ class Relief {
   std::array<ReliefSample, kMaxReliefPoints> right_;
   std::array<std::array<float, 4>, kMaxReliefPoints> photo_{};  // as it looks in the light of the frame
   ShadeField shade_;
-  std::array<Light, 3> light_;  // photo-left, photo-right, left-right
+  std::array<Light, 3> light_;  // of the pairings
   Matrix6 H_;                   // normal equations: pose with pose
   Vector6 g_;
   std::array<std::array<double, kMaxReliefPoints>, 6> coupling_{};  // pose with z

@@ -267,6 +267,10 @@ void Relief::glance(const StereoRig& rig, const ColourPyramid& left, const Colou
   sample_colours(z_mm, {camera_at_level(rig.right, level), level_of(right, level)}, T_H_M, right_);
 }
 
+Relief::PairingCosts Relief::costs() const {
+  return {light_[0].cost, light_[1].cost, light_[2].cost};
+}
+
 double Relief::cost() const {
   return light_[0].cost + light_[1].cost + light_[2].cost;
 }

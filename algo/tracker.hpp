@@ -165,7 +165,6 @@ class Tracker {
   [[nodiscard]] double marker_confidence_of(const Transform& T_H_M) const;
   [[nodiscard]] Matrix6 marker_covariance() const;
   [[nodiscard]] Matrix6 photo_covariance() const;
-  [[nodiscard]] bool is_plausible(const Transform& with_relief, const Transform& flat) const;
   void start_first_generation();
   [[nodiscard]] bool has_looked_everywhere() const;
   [[nodiscard]] MarkerSight marker_sight(bool of_left) const;

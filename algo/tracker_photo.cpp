@@ -178,10 +178,7 @@ void Tracker::learn_relief(Transform& T_H_M) {
   }
   switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, followed)) {
     case ReliefAdvice::kKeep: return;
-    case ReliefAdvice::kAdopt:
-      if (!adopted && !is_plausible(relief_.learned_pose(T_H_M), T_H_M)) return;
-      relief_.adopt(photo_, T_H_M);
-      break;
+    case ReliefAdvice::kAdopt: relief_.adopt(photo_, T_H_M); break;
     case ReliefAdvice::kGiveBack:
       relief_.give_back(photo_);
       T_H_M = relief_.flat_pose();
@@ -225,17 +222,6 @@ Matrix6 Tracker::photo_covariance() const {
     covariance(k, k) += share * deviation * deviation;
   }
   return covariance;
-}
-
-// Whether the flat model, found at `flat`, may be as far off as a relief has it. Where a photo is not what its
-// camera is said to have seen (cropped, say), a relief explains the difference, and turns the pose for it.
-bool Tracker::is_plausible(const Transform& with_relief, const Transform& flat) const {
-  constexpr double kDeviations = 4;
-  constexpr double kSquared = kDeviations * kDeviations;
-  const Matrix6 covariance = photo_covariance();
-  const Vector3 turn = quaternion_vector_from_rotation(flat.R.transpose() * with_relief.R);
-  return (with_relief.t_mm - flat.t_mm).squaredNorm() <= kSquared * covariance.topLeftCorner<3, 3>().trace() &&
-         turn.squaredNorm() <= kSquared * covariance.bottomRightCorner<3, 3>().trace();
 }
 
 double Tracker::photo_confidence_of(const Transform& T_H_M) const {
