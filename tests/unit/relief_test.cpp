@@ -15,6 +15,7 @@ namespace vergence {
 namespace {
 
 using testing::Bench;
+using testing::Picture;
 using testing::World;
 
 constexpr int kFrames = 24;
@@ -90,12 +91,12 @@ TEST(Relief, IsNotDraggedAlongWhereTheLampHasMoved) {
   }
 }
 
-// A relief without a tracker, shown the target standing still at kTruth.
+// A relief without a tracker, shown the target standing still.
 class Alone {
  public:
-  explicit Alone(const World& world) : rig_(world.rig) {
-    EXPECT_EQ(make_colour_pyramid(world.look(rig_.left, kTruth).view(), *left_), Status::kOk);
-    EXPECT_EQ(make_colour_pyramid(world.look(rig_.right, kTruth).view(), *right_), Status::kOk);
+  explicit Alone(const World& world, const Transform& T_H_M = kTruth) : rig_(world.rig) {
+    EXPECT_EQ(make_colour_pyramid(world.look(rig_.left, T_H_M).view(), *left_), Status::kOk);
+    EXPECT_EQ(make_colour_pyramid(world.look(rig_.right, T_H_M).view(), *right_), Status::kOk);
     world.make_model(*model);
     relief->start(*model);
   }
@@ -126,6 +127,48 @@ TEST(Relief, LosesTheTiltItWasFirstLearnedWith) {
     }
     EXPECT_EQ(alone.relief->state(), ReliefState::kAdopted) << tilt_e;
     EXPECT_LT(turned(T_H_M), 0.005) << tilt_e;
+  }
+}
+
+// Farther off no relief that is learned near that tilt leads back: other tilts are tried, once.
+TEST(Relief, LeavesATiltFarOffTheRightOne) {
+  for (const double bowl_mm : {-30.0, 30.0}) {
+    for (const Vector3& tilt_e : {Vector3{-0.42, 0, 0}, {0.42, 0, 0}, {0, -0.42, 0}, {0, 0.42, 0}}) {
+      Alone alone(world_with(bowl_mm));
+      Transform T_H_M = kTruth * to_transform({Vector3::Zero(), tilt_e});
+      for (int frame = 0; frame < 7; ++frame) {
+        if (alone.observe(T_H_M) == ReliefAdvice::kAdopt) alone.relief->adopt(*alone.model, T_H_M);
+      }
+      EXPECT_EQ(alone.relief->state(), ReliefState::kAdopted) << bowl_mm << ", " << tilt_e.transpose();
+      EXPECT_LT(turned(T_H_M), 0.005) << bowl_mm << ", " << tilt_e.transpose();
+    }
+  }
+}
+
+// A crop of what the right eye sees, said to have been taken straight on: a relief that explains it with the
+// left eye turns the target, and spoils the right eye's likeness.
+TEST(Relief, IsNotAdoptedWhereThePhotoIsNotWhatItsCameraSaw) {
+  for (const double bowl_mm : {-14.0, 14.0}) {
+    const World world = world_with(bowl_mm);
+    const Transform T_H_M{Matrix3::Identity(), {-20, 0, 400}};  // 80 mm left of the right eye
+    Alone alone(world, T_H_M);
+    const Picture photo = world.look(world.rig.right, T_H_M);
+    PhotoSource source;
+    source.photo = photo.view();
+    source.roi = {35, 85, 90, 70};
+    source.distance_mm = 400;
+    source.camera = world.rig.right;
+    source.camera.cx_px = 79.5;
+    source.background_hue_deg = 210;
+    PhotoOptions options;
+    options.points = 600;
+    ASSERT_EQ(build_photo_model(source, options, {}, *alone.model), Status::kOk);
+    alone.relief->start(*alone.model);
+    Transform T = T_H_M;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      if (alone.observe(T) == ReliefAdvice::kAdopt) alone.relief->adopt(*alone.model, T);
+    }
+    EXPECT_NE(alone.relief->state(), ReliefState::kAdopted) << bowl_mm;
   }
 }
 
