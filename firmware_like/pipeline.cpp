@@ -68,7 +68,6 @@ void Pipeline::look(std::int64_t now_ns, CameraState state, const StereoFrame* f
 }
 
 Conditions Pipeline::conditions(std::int64_t now_ns) {
-  (void)camera_to_arm_.read(camera_health_);
   if (eyes_to_arm_.read(eyes_seen_)) eyes_seen_once_ = true;
 
   Conditions now;
@@ -126,7 +125,10 @@ void Pipeline::move(std::int64_t now_ns, const ArmFeedback* feedback) {
     hand_history_.add(feedback->stamp_ns, q);
     hand_to_vision_.write(hand_history_);
   }
+  (void)camera_to_arm_.read(camera_health_);
   if (to_arm_.read(last_sighting_)) belief_.put(last_sighting_);
+  // A camera that is gone says so at once: the hand need not go on blindly until believe_ms are over.
+  if (camera_health_.state != CameraState::kOk) belief_.lose();
   belief_.step(now_ns);
 
   arm_period_.t_ns = now_ns;

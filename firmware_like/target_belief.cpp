@@ -29,11 +29,18 @@ void TargetBelief::step(std::int64_t now_ns) {
     is_waiting_ = false;
     take(waiting_);
   }
-  if (seen_ && !is_believed(now_ns)) {
-    // Found again, it may be anywhere and move in any way.
-    seen_ = false;
-    motion_.forget();
-  }
+  if (seen_ && !is_believed(now_ns)) forget();
+}
+
+void TargetBelief::lose() {
+  is_waiting_ = false;
+  if (seen_) forget();
+}
+
+// Found again, it may be anywhere and move in any way.
+void TargetBelief::forget() {
+  seen_ = false;
+  motion_.forget();
 }
 
 void TargetBelief::take(const Sighting& sighting) {

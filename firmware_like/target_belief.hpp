@@ -20,6 +20,9 @@ class TargetBelief {
   // To be called each period: takes in what is released by now.
   void step(std::int64_t now_ns);
 
+  // There is no seeing it for now: nothing is believed until the next sighting that is put.
+  void lose();
+
   // Whether there is a target to act on.
   [[nodiscard]] bool is_believed(std::int64_t now_ns) const;
 
@@ -33,6 +36,7 @@ class TargetBelief {
 
  private:
   void take(const Sighting& sighting);
+  void forget();
 
   std::int64_t believe_ns_ = 0;
   double least_confidence_ = 0;

@@ -266,6 +266,35 @@ TEST(Pipeline, WaitsWhileTheTargetIsGoneAndGoesOnWhenItIsBack) {
   EXPECT_LT(it->error_mm(), 4);
 }
 
+// A pair that does not come may be one that was lost; a camera that says it is gone is.
+TEST(Pipeline, RestsSoonerWhereACameraSaysThatItIsGone) {
+  struct GoneCamera {
+    static bool take(StereoFrame&) { return false; }
+    static CameraState state() { return CameraState::kRestarting; }
+  };
+  const auto seconds_to_rest = [](IdealRobot& it, bool told) {
+    it.target = [](double t_s) { return in_hand(140 * sin_cos(2 * t_s).sine, -100, 545); };
+    it.start();
+    it.run(2.2);
+    EXPECT_EQ(it.mode(), Mode::kServo);
+    it.camera_answers = false;
+    GoneCamera gone;
+    if (told) it.pipeline.step_vision(it.t_ns, gone);
+    double t_s = 0;
+    for (; t_s < 0.9 && (it.mode() == Mode::kServo || it.speed_rad_per_s() > 1e-3); t_s += 0.01) it.run(0.01);
+    EXPECT_EQ(it.mode(), Mode::kSearch);
+    return t_s;
+  };
+  const auto silent = robot();
+  const auto told = robot();
+  const double believe_s = static_cast<double>(testing::config_of_robot().believe_ns) * 1e-9;
+  EXPECT_LT(seconds_to_rest(*told, true), seconds_to_rest(*silent, false) - 0.5 * believe_s);
+  told->camera_answers = true;
+  told->run(3);
+  EXPECT_EQ(told->mode(), Mode::kServo);
+  EXPECT_LT(told->error_mm(), 8);
+}
+
 TEST(Pipeline, ActsOnASightingFromItsReleaseOn) {
   const auto it = robot();
   it->start();
