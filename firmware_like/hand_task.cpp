@@ -8,8 +8,14 @@
 namespace vergence {
 namespace {
 
+constexpr double kLagsToRest = 6;  // a quarter of a per cent is left then
+
 Twist of_point(const Twist& origin, const Vector3& arm_mm) {
   return {origin.linear_mm_per_s + origin.angular_rad_per_s.cross(arm_mm), origin.angular_rad_per_s};
+}
+
+bool is_zero(const Twist& twist) {
+  return twist.linear_mm_per_s.isZero(0) && twist.angular_rad_per_s.isZero(0);
 }
 
 Twist to_twist(const Vector6& v) {
@@ -91,6 +97,16 @@ void HandTask::limit_joints(const ArmFrames& frames, const ArmJacobian& J,
   }
 }
 
+// A hand that brakes with nowhere to be is not to go on, slowly, to where it would have braked to by its
+// model.
+void HandTask::rest_where_it_comes_to_rest(const JointVector& q) {
+  for (Eigen::Index i = 0; i < arm_.joints; ++i) {
+    if ((arm_.held >> i & 1U) != 0) continue;
+    reference_rad_[i] = q[i];
+    reference_rad_per_s_[i] = followed_rad_per_s_[i];
+  }
+}
+
 HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::optional<TargetState>& target,
                           const std::optional<TargetState>& ahead) {
   HandPeriod period;
@@ -105,13 +121,14 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     reference_rad_per_s_.setZero();
     followed_rad_per_s_.setZero();
     tool_twist_ = {};
+    rest_s_ = 0;
     held_orientation_.reset();
     for (std::size_t i = 0; i < kMaxJoints; ++i) limiter_.last[i] = {feedback.position_rad[i], 0, 0, 0};
     period.at_rest = true;
     return period;
   }
   period.hand = to_twist(J * followed_rad_per_s_);
-  const JointVector deviation = reference_rad_ - q;
+  JointVector deviation = reference_rad_ - q;
   period.following_error = !(deviation.cwiseAbs().maxCoeff() <= following_error_rad_);
 
   // Where the joints will be when the drives have followed what they were sent: what limits count from.
@@ -137,6 +154,12 @@ HandPeriod HandTask::step(Mode mode, const ArmFeedback& feedback, const std::opt
     tool_twist_ = limited.twist;
     period.hand_flags = limited.flags;
     const Twist twist = of_point(limited.twist, -arm_mm);
+    // The drives need some lags more to come to rest. Not longer: who moves the arm then is found out.
+    rest_s_ = target ? 0 : is_zero(limited.twist) ? rest_s_ - period_s_ : kLagsToRest * drive_lag_s_;
+    if (rest_s_ > 0) {
+      rest_where_it_comes_to_rest(q);
+      deviation = reference_rad_ - q;
+    }
     // [3.31]. q_d is the integral of J^+ [v; w], as the drives should have followed it by now: the inverse
     // kinematics of the integrated pose [3.30] without a branch to choose. Who pushes the arm is pushed back.
     const VelocityStep step = joint_velocity(arm_, J, twist, reference_rad_, q, joint_servo_);

@@ -48,6 +48,7 @@ class HandTask {
                     const std::array<double, kMaxJoints>& wanted, HandPeriod& period);
   [[nodiscard]] Twist desired_twist(const HandPeriod& period, const TargetState& target,
                                     const TargetState& ahead);
+  void rest_where_it_comes_to_rest(const JointVector& q);
 
   SerialArm arm_;
   HandGains gains_;
@@ -67,6 +68,7 @@ class HandTask {
   JointVector followed_rad_per_s_ = JointVector::Zero();
   JointVector reference_rad_per_s_ = JointVector::Zero();
   JointVector reference_rad_ = JointVector::Zero();
+  double rest_s_ = 0;                        // above 0: coming to rest, without a target
   Twist tool_twist_;                         // last limited
   std::optional<Matrix3> held_orientation_;  // R_W_H, where only the position is to follow
 };

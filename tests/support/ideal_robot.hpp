@@ -90,6 +90,7 @@ class IdealRobot {
   bool arm_obeys = true;
   bool fault_clears = true;  // when the drives are asked to
   bool camera_answers = true;
+  double lag_periods = 21;  // of the drives, a ms each
   bool target_there = true;
   std::int64_t late_ns = -20'000'000;  // of sightings, after their release
   std::function<Transform(double)> target = [](double) {
@@ -112,7 +113,7 @@ class IdealRobot {
     const bool driven = feedback.state == ArmState::kEnabled && arm_obeys;
     for (std::size_t i = 0; i < kMaxJoints; ++i) {
       double& v = feedback.velocity_rad_per_s[i];
-      v = driven ? v + (arm.commanded_rad_per_s()[i] - v) / 21 : 0;
+      v = driven ? v + (arm.commanded_rad_per_s()[i] - v) / lag_periods : 0;
       feedback.position_rad[i] += v * 1e-3;
     }
     for (std::size_t i = 0; i < 3; ++i) {

@@ -295,6 +295,23 @@ TEST(Pipeline, RestsSoonerWhereACameraSaysThatItIsGone) {
   EXPECT_LT(told->error_mm(), 8);
 }
 
+// Drives that take longer than the model has it: what they are off by then is not made up for once there is
+// no place to be.
+TEST(Pipeline, DoesNotCreepOnWhereTheTargetIsGone) {
+  const auto it = robot();
+  it->lag_periods = 32;
+  it->target = [](double t_s) { return in_hand(140 * sin_cos(2 * t_s).sine, -100, 545); };
+  it->start();
+  it->run(2.2);
+  ASSERT_EQ(it->mode(), Mode::kServo);
+  it->target_there = false;
+  it->run(0.34);
+  for (int look = 0; look < 50; ++look) {
+    it->run(0.01);
+    EXPECT_LT(it->speed_rad_per_s(), 1e-3) << look;
+  }
+}
+
 TEST(Pipeline, ActsOnASightingFromItsReleaseOn) {
   const auto it = robot();
   it->start();

@@ -9,12 +9,15 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <string_view>
 
 #include "tools/rig/rig_devices.hpp"
 #include "tools/rig/rig_error.hpp"
 
 namespace vergence::rig {
 namespace {
+
+constexpr std::string_view kLoop = "Loop Video";
 
 template <typename T>
 void ask(const FileHandle& device, unsigned long request, T& argument, const std::string& what) {
@@ -89,7 +92,7 @@ void Vivid::set_up_camera() {
   // Otherwise it stamps the end of a frame when the frame begins, in the future.
   set_control("Timestamp Source", 1);
   set_control("OSD Text Mode", 2);
-  set_control("Loop Video", 1);
+  loop_display();
 }
 
 void Vivid::set_up_display() {
@@ -130,18 +133,58 @@ void Vivid::queue(std::uint32_t index) {
   ask(display_, VIDIOC_QBUF, buffer, std::string(display_path_) + ": picture");
 }
 
-void Vivid::set_control(const char* name, int value) {
-  v4l2_queryctrl query{};
+template <typename IsIt>
+bool Vivid::find_control(IsIt&& is_it, v4l2_queryctrl& query) {
+  query = {};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
   while (ioctl(camera_.get(), VIDIOC_QUERYCTRL, &query) == 0) {
-    if (std::strcmp(reinterpret_cast<const char*>(query.name), name) == 0) {
-      v4l2_control control{query.id, value};
-      ask(camera_, VIDIOC_S_CTRL, control, std::string(camera_path_) + ": " + name);
-      return;
-    }
+    if (is_it(std::string_view(reinterpret_cast<const char*>(query.name)))) return true;
     query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
   }
-  throw RigError(std::string(camera_path_) + " has no control '" + name + "'");
+  return false;
+}
+
+bool Vivid::has_control(std::string_view name) {
+  v4l2_queryctrl query{};
+  return find_control([name](std::string_view other) { return other == name; }, query);
+}
+
+void Vivid::set_control(const std::string& name, int value) {
+  v4l2_queryctrl query{};
+  if (!find_control([&name](std::string_view other) { return other == name; }, query))
+    throw RigError(std::string(camera_path_) + " has no control '" + name + "'");
+  v4l2_control control{query.id, value};
+  ask(camera_, VIDIOC_S_CTRL, control, std::string(camera_path_) + ": " + name);
+}
+
+// Linux 6.1 loops all of a device's outputs to its inputs; in 6.12 each input has a menu instead of what its
+// plug is in, "HDMI 000-0 Is Connected To", with "Output HDMI 000-0" in it.
+void Vivid::loop_display() {
+  if (has_control(kLoop)) {
+    set_control(std::string(kLoop), 1);
+    return;
+  }
+  const auto is_plug = [](std::string_view name) {
+    return name.starts_with("HDMI ") && name.ends_with("-0 Is Connected To");
+  };
+  v4l2_queryctrl plug{};
+  if (!find_control(is_plug, plug)) {
+    throw RigError(std::string(camera_path_) + " has neither a control '" + std::string(kLoop) +
+                   "' nor 'HDMI ... Is Connected To': this vivid cannot be looped");
+  }
+  const std::string name = reinterpret_cast<const char*>(plug.name);
+  const std::string output = "Output " + name.substr(0, name.find(" Is"));
+  for (int i = plug.minimum; i <= plug.maximum; ++i) {
+    v4l2_querymenu item{};
+    item.id = plug.id;
+    item.index = static_cast<std::uint32_t>(i);
+    if (ioctl(camera_.get(), VIDIOC_QUERYMENU, &item) != 0) continue;  // in use by another input
+    if (output == reinterpret_cast<const char*>(item.name)) {
+      set_control(name, i);
+      return;
+    }
+  }
+  throw RigError(std::string(camera_path_) + ": '" + name + "' does not offer '" + output + "'");
 }
 
 bool Vivid::show(std::span<const std::uint8_t> yuyv) {

@@ -2,10 +2,14 @@
 // up for 640x480 at 60 Hz, YUYV; its faults are controls of its own.
 #pragma once
 
+#include <linux/videodev2.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "tools/rig/file_handle.hpp"
 
@@ -39,7 +43,11 @@ class Vivid {
   void set_up_camera();
   void set_up_display();
   void queue(std::uint32_t index);
-  void set_control(const char* name, int value);
+  template <typename IsIt>
+  [[nodiscard]] bool find_control(IsIt&& is_it, v4l2_queryctrl& query);
+  [[nodiscard]] bool has_control(std::string_view name);
+  void set_control(const std::string& name, int value);
+  void loop_display();
   void close();
 
   // Of two that are queued the display lets go of the first; the second stays, and is written to while it is
