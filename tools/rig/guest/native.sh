@@ -52,7 +52,7 @@ look() {
   [ ! -d "/sys/kernel/config/gpio-sim/$RIG_GPIO_CHIP" ] ||
     need "the chip $RIG_GPIO_CHIP is there already" "change tools/rig/devices.env"
   [ ! -S /run/vergence/command ] || need "/run/vergence/command is there: vergenced runs" "systemctl stop vergenced"
-  ! grep -qs '^kind = "clock-step"' "$rig/scenarios/$RIG_SCENARIO.toml" ||
+  [ -n "${RIG_OWN_CLOCK:-}" ] || ! grep -qs '^kind = "clock-step"' "$rig/scenarios/$RIG_SCENARIO.toml" ||
     need "$RIG_SCENARIO sets the clock, which here is this machine's" "leave --native out"
 }
 

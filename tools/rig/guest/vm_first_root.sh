@@ -39,6 +39,7 @@ share build "$root$RIG_BUILD" ro,cache=loose
 share rig "$root${RIG_SESSION%/guest/*}" ro,cache=loose
 share out "$root$RIG_OUT" rw,cache=none
 set +e
+export RIG_OWN_CLOCK=1  # to be stepped by a scenario
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root
 /bin/busybox chroot $root "${RIG_SESSION%/*}/native.sh" </dev/null >"$root$RIG_OUT/.console" 2>&1
 echo $? >"$root$RIG_OUT/.status"
