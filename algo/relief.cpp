@@ -59,9 +59,20 @@ constexpr int kLastSweep = kHalfFrames + 3 * kSweepFrames;  // until then depths
 constexpr double kJump = 0.95;  // of the cost of the depth it has: a point goes to another one below that
 constexpr double kPlaneOutlier_mm = 8;  // off the plane through all depths
 
+// Seen more from the side than before by so much, a relief in use is left as it is; by so much less, it is
+// learned anew. Chords of the unit sphere.
+constexpr double kMoreAside = 0.1;
+constexpr double kLessAside = 0.15;
+constexpr int kSteady = 5;  // frames that show the same view
+constexpr int kAgain = 1;   // goes on as after so many frames
+
 Vector3 limited(const Vector3& step, double limit) {
   const double length = std::sqrt(step.squaredNorm());
   return length > limit ? Vector3(step * (limit / length)) : step;
+}
+
+Vector3 unit(const Vector3& v) {
+  return v / std::sqrt(v.squaredNorm() + 1e-12);
 }
 
 // As in refinement: the increment is [translation; rotation vector] in the target frame.
@@ -96,14 +107,19 @@ bool Relief::learning() const {
   return frames_ < kLearningFrames && points_ >= kLeastPoints;
 }
 
-bool Relief::is_young() const {
+bool Relief::is_early() const {
   return frames_ < kYoungFrames;
+}
+
+bool Relief::is_young() const {
+  return is_early() && !again_;
 }
 
 void Relief::drop() {
   state_ = ReliefState::kFlat;
   frames_ = 0;
   tries_ = 0;
+  again_ = false;
   better_ = 0;
   forget_depths();
 }
@@ -115,6 +131,7 @@ void Relief::forget_depths() {
 }
 
 void Relief::start(const PhotoModel& flat) {
+  photo_view_ = unit(flat.optical_centre_mm);
   points_ = flat.inner < kMaxReliefPoints ? flat.inner : kMaxReliefPoints;
   drop();
   target_points_ = 0;
@@ -335,9 +352,28 @@ double Relief::spread_mm() const {
   return std::sqrt(squares / (target_points_ > 1 ? target_points_ : 1));
 }
 
+// From where the eyes see it: the direction from its origin to the middle between them.
+Vector3 Relief::view(const StereoRig& rig, const Transform& T_H_M) const {
+  return unit(T_H_M.inverse() * Vector3(0.5 * (rig.left.T_H_C.t_mm + rig.right.T_H_C.t_mm)));
+}
+
 ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                              const PhotoModel& model, const Transform& T_H_M, bool followed) {
+  // From the side the eyes do not see all that the photo shows. What they see instead would be learned, if
+  // they saw it frame after frame.
+  const Vector3 view_now = view(rig, T_H_M);
+  const double aside = std::sqrt((view_now - photo_view_).squaredNorm());
+  steady_ = (view_now - last_view_).squaredNorm() < kMoreAside * kMoreAside ? steady_ + 1 : 0;
+  last_view_ = view_now;
+  if (state_ == ReliefState::kAdopted && !is_early()) {
+    if (steady_ > 0 && aside > aside_ + kMoreAside) return ReliefAdvice::kKeep;
+    if (steady_ >= kSteady && aside < aside_ - kLessAside) {
+      frames_ = kAgain;
+      again_ = true;
+    }
+  }
   if (!learning()) return ReliefAdvice::kKeep;
+  if (is_early() || (steady_ >= kSteady && aside < aside_)) aside_ = aside;
   if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
   Transform T_H_C = T_H_M * T_M_C_;
   if (frames_ == 0) {
@@ -366,7 +402,7 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   const PairingCosts in_use_costs = costs();
   const bool adopted = state_ == ReliefState::kAdopted;
   // A relief that was adopted at a wrong pose explains that. At the right one the flat model may do as well.
-  const bool revise = followed && is_young();
+  const bool revise = followed && is_early();
   const bool flat_will_do =
       revise && (in_use > kClearlyBetter * flat_cost(rig, left, right, level, model, T_H_M)) & adopted;
   // And what was learned from earlier ones, after its pose has settled on this one:
@@ -398,7 +434,7 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
           kSweepPerFrame);
   }
   T_M_C_ = T_H_M.inverse() * T_H_C;
-  const int in_a_row = adopted && is_young() ? 1 : kBetterInARow;
+  const int in_a_row = adopted && is_early() ? 1 : kBetterInARow;
   ++frames_;
   if (flat_will_do) return ReliefAdvice::kGiveBack;
   const bool adopt = better_ >= in_a_row && spread_mm() >= kLeastSpread_mm;

@@ -74,7 +74,7 @@ class Relief {
 
   [[nodiscard]] ReliefState state() const { return state_; }
   [[nodiscard]] int frames() const { return frames_; }  // learned from
-  [[nodiscard]] bool learning() const;                  // more is to be learned
+  [[nodiscard]] bool learning() const;                  // more is to be learned from views like these
   [[nodiscard]] bool is_young() const;                  // learned from few frames only
 
  private:
@@ -91,6 +91,7 @@ class Relief {
   using Points = std::array<double, kMaxReliefPoints>;
   using PairingCosts = std::array<double, 3>;  // photo-left, photo-right, left-right
 
+  [[nodiscard]] bool is_early() const;  // learned from few frames, of this view or at all
   [[nodiscard]] Vector3 point(int i, double z_mm) const;
   void sample(const Points& z_mm, const View& view, const Transform& T_H_M,
               std::array<ReliefSample, kMaxReliefPoints>& samples) const;
@@ -126,12 +127,14 @@ class Relief {
                                    const ColourPyramid& right, int level, const PhotoModel& model,
                                    const Transform& T_H_M);
   [[nodiscard]] double spread_mm() const;
+  [[nodiscard]] Vector3 view(const StereoRig& rig, const Transform& T_H_M) const;
   [[nodiscard]] float misfit(const std::array<Light, 3>& lights, int i) const;
   void average(std::array<float, kMaxReliefPoints>& of_points);
   [[nodiscard]] Transform take_plane_out();
   Vector6 solve_jointly();
 
   int points_ = 0;
+  Vector3 photo_view_ = Vector3::Zero();  // where the photo was taken from, as view()
   std::array<std::array<std::int16_t, kReliefNeighbours>, kMaxReliefPoints> neighbour_{};
   Points x_mm_{};  // of the flat model
   Points y_mm_{};
@@ -153,6 +156,10 @@ class Relief {
   ReliefState state_ = ReliefState::kFlat;
   int frames_ = 0;
   int tries_ = 0;
+  bool again_ = false;  // learned anew from a better view
+  double aside_ = 0;    // how far beside the photo's the views were that it was learned from: the least
+  Vector3 last_view_ = Vector3::Zero();
+  int steady_ = 0;        // frames in a row that showed the same view as the one before
   bool is_anew_ = false;  // within learn_anew()
   Points before_z_mm_{};  // and before it
   Points before_known_{};

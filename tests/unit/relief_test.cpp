@@ -94,11 +94,21 @@ TEST(Relief, IsNotDraggedAlongWhereTheLampHasMoved) {
 // A relief without a tracker, shown the target standing still.
 class Alone {
  public:
-  explicit Alone(const World& world, const Transform& T_H_M = kTruth) : rig_(world.rig) {
-    EXPECT_EQ(make_colour_pyramid(world.look(rig_.left, T_H_M).view(), *left_), Status::kOk);
-    EXPECT_EQ(make_colour_pyramid(world.look(rig_.right, T_H_M).view(), *right_), Status::kOk);
+  explicit Alone(const World& world, const Transform& T_H_M = kTruth) : world_(world), rig_(world.rig) {
+    show(T_H_M);
     world.make_model(*model);
     relief->start(*model);
+  }
+  void show(const Transform& T_H_M) {
+    EXPECT_EQ(make_colour_pyramid(world_.look(rig_.left, T_H_M).view(), *left_), Status::kOk);
+    EXPECT_EQ(make_colour_pyramid(world_.look(rig_.right, T_H_M).view(), *right_), Status::kOk);
+  }
+  // For some frames at a known pose.
+  void watch(const Transform& T_H_M, int frames) {
+    for (int frame = 0; frame < frames; ++frame) {
+      Transform T = T_H_M;
+      if (observe(T) == ReliefAdvice::kAdopt) relief->adopt(*model, T);
+    }
   }
   ReliefAdvice observe(const Transform& T_H_M) {
     return relief->observe(rig_, *left_, *right_, *model, T_H_M, true);
@@ -108,6 +118,7 @@ class Alone {
   std::unique_ptr<Relief> relief = std::make_unique<Relief>();
 
  private:
+  World world_;
   StereoRig rig_;
   std::unique_ptr<ColourPyramid> left_ = std::make_unique<ColourPyramid>();
   std::unique_ptr<ColourPyramid> right_ = std::make_unique<ColourPyramid>();
@@ -143,6 +154,40 @@ TEST(Relief, LeavesATiltFarOffTheRightOne) {
       EXPECT_LT(turned(T_H_M), 0.005) << bowl_mm << ", " << tilt_e.transpose();
     }
   }
+}
+
+// Seen more from the side than before, a target hides part of what its photo shows: no view to learn from for
+// long.
+TEST(Relief, IsLeftAsItIsWhereTheEyesSeeItFromTheSide) {
+  const Transform ahead{Matrix3::Identity(), {0, 0, 420}};
+  const Transform turned_away = ahead * to_transform({{0, 0, 0}, {0.2, 0, 0}});
+  Alone alone(world_with(14), ahead);
+  alone.watch(ahead, 10);
+  ASSERT_EQ(alone.relief->state(), ReliefState::kAdopted);
+  alone.show(turned_away);
+  alone.watch(turned_away, 1);  // the first of a view is learned from
+  const int frames = alone.relief->frames();
+  const auto z_mm = alone.model->z_mm;
+  alone.watch(turned_away, 10);
+  EXPECT_EQ(alone.relief->frames(), frames);
+  EXPECT_EQ(alone.model->z_mm, z_mm);
+  alone.show(ahead);
+  alone.watch(ahead, 5);
+  EXPECT_EQ(alone.relief->frames(), frames + 5);
+}
+
+TEST(Relief, IsLearnedAnewWhereItWasLearnedFromTheSide) {
+  const Transform ahead{Matrix3::Identity(), {0, 0, 420}};
+  const Transform turned_away = ahead * to_transform({{0, 0, 0}, {0.2, 0, 0}});
+  Alone alone(world_with(14), turned_away);
+  alone.watch(turned_away, 60);
+  ASSERT_EQ(alone.relief->state(), ReliefState::kAdopted);
+  EXPECT_FALSE(alone.relief->learning());
+  alone.show(ahead);
+  alone.watch(ahead, 10);
+  EXPECT_TRUE(alone.relief->learning());
+  EXPECT_FALSE(alone.relief->is_young()) << "it has been proved";
+  EXPECT_EQ(alone.relief->state(), ReliefState::kAdopted);
 }
 
 // A crop of what the right eye sees, said to have been taken straight on: a relief that explains it with the
