@@ -25,7 +25,6 @@ constexpr double kAnewBetter = 0.95;  // of the cost: then what was learned anew
 // In one of those frames from other tilts: the flat model may have been found far from the right one.
 constexpr int kTiltFrame = 3;
 constexpr double kTilt_e = 0.3;
-constexpr double kTiltBetter = 0.8;  // of the cost
 constexpr std::array<std::array<double, 2>, 4> kTilts{
     {{kTilt_e, 0}, {-kTilt_e, 0}, {0, kTilt_e}, {0, -kTilt_e}}};
 constexpr int kBetterInARow = 3;
@@ -309,13 +308,13 @@ double Relief::learn_anew(const StereoRig& rig, const ColourPyramid& left, const
 // What was learned at the flat model's pose has the tilt in it that the flat model was wrong by, and
 // improving it does not always lose that. Beginning at `start`, a first relief may come out better.
 void Relief::try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                      const PhotoModel& model, const Transform& T_H_start, double better, Transform& T_H_C) {
+                      const PhotoModel& model, const Transform& T_H_start, Transform& T_H_C) {
   look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);
   const double before = cost();
   before_z_mm_ = z_mm_;
   before_known_ = known_;
   Transform T_anew = T_H_start;
-  if (learn_anew(rig, left, right, model, T_anew) < better * before) {
+  if (learn_anew(rig, left, right, model, T_anew) < kAnewBetter * before) {
     T_H_C = T_anew;
   } else {
     z_mm_ = before_z_mm_;
@@ -418,12 +417,12 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   const bool better = (learned < limit * in_use) & (adopted | clearly);
   better_ = better ? better_ + 1 : 0;
 
-  if (revise) try_anew(rig, left, right, model, T_H_C, kAnewBetter, T_H_C);
+  if (revise) try_anew(rig, left, right, model, T_H_C, T_H_C);
   if (revise && frames_ == kTiltFrame) {
     const Transform T_H_before = T_H_C;
     for (const auto& [e1, e2] : kTilts) {
       const Transform tilt{rotation_from_quaternion_vector(Vector3{e1, e2, 0}), Vector3::Zero()};
-      try_anew(rig, left, right, model, T_H_before * tilt, kTiltBetter, T_H_C);
+      try_anew(rig, left, right, model, T_H_before * tilt, T_H_C);
     }
   }
   improve(rig, left, right, level, model, half ? kHalfSteps : 1, half ? 1 : kShare, T_H_C);

@@ -120,7 +120,7 @@ class Relief {
   [[nodiscard]] double learn_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                                   const PhotoModel& model, Transform& T_H_C);
   void try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
-                const PhotoModel& model, const Transform& T_H_start, double better, Transform& T_H_C);
+                const PhotoModel& model, const Transform& T_H_start, Transform& T_H_C);
   [[nodiscard]] double flat_cost(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                                  int level, const PhotoModel& model, const Transform& T_H_M);
   [[nodiscard]] double cost_in_use(const StereoRig& rig, const ColourPyramid& left,

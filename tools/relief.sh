@@ -1,12 +1,35 @@
 #!/usr/bin/env bash
-# Errors on the twelve creatures as their relief is learned: renders each, standing still, and tracks it. The table of
+# Errors on the twelve creatures as their relief is learned: renders each, standing still, and tracks it. The tables of
 # docs/relief.md. Takes some minutes.
 #
 #   tools/relief.sh [FRAMES]
+#   tools/relief.sh aside       learned from ahead, and then turned away in three ways
+#
+# VERGENCE: another program than build/release/bin/vergence, for comparison.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+vergence=${VERGENCE:-build/release/bin/vergence}
+
+if [ "${1:-}" = aside ]; then
+  echo "| target | ahead, last five frames: mm, e | turned away by 0.2 | by 0.26 | by 0.29 |"
+  echo "|---|---|---|---|---|"
+  for code in C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12; do
+    set="out/relief/aside_$code"
+    [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creature_aside.toml --target "$code" -o "$set" >/dev/null
+    "$vergence" estimate "$set" --no-progress --json - | python3 -c '
+import json, math, sys
+rows = [json.loads(line) for line in sys.stdin]
+def errors(part):
+    part = [r["error"] for r in part if r["state"] == "tracking"]
+    if not part: return "not found"
+    rms = lambda of: math.sqrt(sum(of(e) for e in part) / len(part))
+    return "%.2f, %.4f" % (rms(lambda e: e["x_mm"] ** 2 + e["y_mm"] ** 2 + e["z_mm"] ** 2), rms(lambda e: e["e"] ** 2))
+print("| '"$code"' | %s |" % " | ".join(errors(rows[end - 5 : end]) for end in (40, 50, 60, 70)))'
+  done
+  exit
+fi
+
 frames=${1:-40}
-vergence=build/release/bin/vergence
 echo "| target | flat, first frame: x y z mm, e | first frame | first second, RMS | last five frames, RMS |"
 echo "|---|---|---|---|---|"
 for code in C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12; do
