@@ -306,7 +306,7 @@ double Relief::learn_anew(const StereoRig& rig, const ColourPyramid& left, const
 }
 
 // What was learned at the flat model's pose has the tilt in it that the flat model was wrong by, and
-// improving it does not always lose that. Beginning at `start`, a first relief may come out better.
+// improving it does not always lose that. Beginning at T_H_start, a first relief may come out better.
 void Relief::try_anew(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
                       const PhotoModel& model, const Transform& T_H_start, Transform& T_H_C) {
   look(rig, left, right, kReliefFirstLevel, model, z_mm_, T_H_C);

@@ -21,6 +21,9 @@ using testing::World;
 constexpr int kFrames = 24;
 const Transform kTruth = to_transform({{10, -5, 420}, {0.06, -0.08, 0.05}});
 
+const Transform kAhead{Matrix3::Identity(), {0, 0, 420}};
+const Transform kTurnedAway = kAhead * to_transform({Vector3::Zero(), {0.2, 0, 0}});
+
 World world_with(double bowl_mm) {
   World world(TargetKind::kPhoto);
   world.bowl_mm = bowl_mm;
@@ -159,32 +162,28 @@ TEST(Relief, LeavesATiltFarOffTheRightOne) {
 // Seen more from the side than before, a target hides part of what its photo shows: no view to learn from for
 // long.
 TEST(Relief, IsLeftAsItIsWhereTheEyesSeeItFromTheSide) {
-  const Transform ahead{Matrix3::Identity(), {0, 0, 420}};
-  const Transform turned_away = ahead * to_transform({{0, 0, 0}, {0.2, 0, 0}});
-  Alone alone(world_with(14), ahead);
-  alone.watch(ahead, 10);
+  Alone alone(world_with(14), kAhead);
+  alone.watch(kAhead, 10);
   ASSERT_EQ(alone.relief->state(), ReliefState::kAdopted);
-  alone.show(turned_away);
-  alone.watch(turned_away, 1);  // the first of a view is learned from
+  alone.show(kTurnedAway);
+  alone.watch(kTurnedAway, 1);  // the first of a view is learned from
   const int frames = alone.relief->frames();
   const auto z_mm = alone.model->z_mm;
-  alone.watch(turned_away, 10);
+  alone.watch(kTurnedAway, 10);
   EXPECT_EQ(alone.relief->frames(), frames);
   EXPECT_EQ(alone.model->z_mm, z_mm);
-  alone.show(ahead);
-  alone.watch(ahead, 5);
+  alone.show(kAhead);
+  alone.watch(kAhead, 5);
   EXPECT_EQ(alone.relief->frames(), frames + 5);
 }
 
 TEST(Relief, IsLearnedAnewWhereItWasLearnedFromTheSide) {
-  const Transform ahead{Matrix3::Identity(), {0, 0, 420}};
-  const Transform turned_away = ahead * to_transform({{0, 0, 0}, {0.2, 0, 0}});
-  Alone alone(world_with(14), turned_away);
-  alone.watch(turned_away, 60);
+  Alone alone(world_with(14), kTurnedAway);
+  alone.watch(kTurnedAway, 60);
   ASSERT_EQ(alone.relief->state(), ReliefState::kAdopted);
   EXPECT_FALSE(alone.relief->learning());
-  alone.show(ahead);
-  alone.watch(ahead, 10);
+  alone.show(kAhead);
+  alone.watch(kAhead, 10);
   EXPECT_TRUE(alone.relief->learning());
   EXPECT_FALSE(alone.relief->is_young()) << "it has been proved";
   EXPECT_EQ(alone.relief->state(), ReliefState::kAdopted);
