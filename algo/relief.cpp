@@ -84,8 +84,7 @@ void move_by(const Vector6& step, Transform& T) {
 
 // What a target is like shows in all pairings. Where a photo is not what its camera is said to have seen
 // (cropped, say), a relief that explains two of them better spoils the third.
-template <class Costs>
-bool none_worse(const Costs& learned, const Costs& flat) {
+bool none_worse(const std::array<double, 3>& learned, const std::array<double, 3>& flat) {
   bool none = true;
   for (std::size_t k = 0; k < flat.size(); ++k) none &= learned[k] <= kNoneWorse * flat[k];
   return none;

@@ -55,9 +55,9 @@ class Relief {
   void start(const PhotoModel& flat);
 
   // Learns from a frame on which the target was found at T_H_M with `model`, and says what is worth doing.
-  // The same work for every image. Where the target was `followed` there, rather than found by a whole
-  // search, there is time to learn a young relief from nothing again, and to see whether the flat model does
-  // as well.
+  // The same work for every image at the same pose. Where the target was `followed` there, rather than found
+  // by a whole search, there is time to learn a young relief from nothing again, from other tilts as well,
+  // and to see whether the flat model does as well. From the side a relief in use is not learned from.
   [[nodiscard]] ReliefAdvice observe(const StereoRig& rig, const ColourPyramid& left,
                                      const ColourPyramid& right, const PhotoModel& model,
                                      const Transform& T_H_M, bool followed);

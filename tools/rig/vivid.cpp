@@ -144,30 +144,25 @@ bool Vivid::find_control(IsIt&& is_it, v4l2_queryctrl& query) {
   return false;
 }
 
-bool Vivid::has_control(std::string_view name) {
+void Vivid::set_control(std::string_view name, int value) {
   v4l2_queryctrl query{};
-  return find_control([name](std::string_view other) { return other == name; }, query);
-}
-
-void Vivid::set_control(const std::string& name, int value) {
-  v4l2_queryctrl query{};
-  if (!find_control([&name](std::string_view other) { return other == name; }, query))
-    throw RigError(std::string(camera_path_) + " has no control '" + name + "'");
+  if (!find_control([name](std::string_view other) { return other == name; }, query))
+    throw RigError(std::string(camera_path_) + " has no control '" + std::string(name) + "'");
   v4l2_control control{query.id, value};
-  ask(camera_, VIDIOC_S_CTRL, control, std::string(camera_path_) + ": " + name);
+  ask(camera_, VIDIOC_S_CTRL, control, std::string(camera_path_) + ": " + std::string(name));
 }
 
 // Linux 6.1 loops all of a device's outputs to its inputs; in 6.12 each input has a menu instead of what its
 // plug is in, "HDMI 000-0 Is Connected To", with "Output HDMI 000-0" in it.
 void Vivid::loop_display() {
-  if (has_control(kLoop)) {
-    set_control(std::string(kLoop), 1);
+  v4l2_queryctrl plug{};
+  if (find_control([](std::string_view name) { return name == kLoop; }, plug)) {
+    set_control(kLoop, 1);
     return;
   }
   const auto is_plug = [](std::string_view name) {
     return name.starts_with("HDMI ") && name.ends_with("-0 Is Connected To");
   };
-  v4l2_queryctrl plug{};
   if (!find_control(is_plug, plug)) {
     throw RigError(std::string(camera_path_) + " has neither a control '" + std::string(kLoop) +
                    "' nor 'HDMI ... Is Connected To': this vivid cannot be looped");

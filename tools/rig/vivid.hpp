@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
 
 #include "tools/rig/file_handle.hpp"
@@ -45,8 +44,7 @@ class Vivid {
   void queue(std::uint32_t index);
   template <typename IsIt>
   [[nodiscard]] bool find_control(IsIt&& is_it, v4l2_queryctrl& query);
-  [[nodiscard]] bool has_control(std::string_view name);
-  void set_control(const std::string& name, int value);
+  void set_control(std::string_view name, int value);
   void loop_display();
   void close();
 
