@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "algo/hue.hpp"
+#include "algo/inflation.hpp"
 #include "algo/relief_parts.hpp"
 
 namespace vergence {
@@ -48,7 +49,7 @@ constexpr double kShare = 0.6;  // of a step of depth, at full resolution
 
 // Depths tried: all of them each frame at first, then some each frame.
 constexpr int kSweepFrames = 5;
-constexpr int kFlatHypothesis = kReliefHypotheses / 2;  // the one in the middle
+constexpr int kMiddleHypothesis = kReliefHypotheses / 2;
 constexpr int kSweepPerFrame = kReliefHypotheses / kSweepFrames;
 static_assert(kSweepFrames * kSweepPerFrame == kReliefHypotheses);
 constexpr int kSweepLevel = 1;
@@ -114,6 +115,7 @@ bool Relief::is_young() const {
 }
 
 void Relief::drop() {
+  about_mm_.fill(0);
   state_ = ReliefState::kFlat;
   frames_ = 0;
   tries_ = 0;
@@ -124,7 +126,7 @@ void Relief::drop() {
 
 void Relief::forget_depths() {
   T_M_C_ = Transform{};
-  z_mm_.fill(0);
+  for (int i = 0; i < points_; ++i) z_mm_[at(i)] = static_cast<double>(about_mm_[at(i)]);
   known_.fill(0);
 }
 
@@ -178,6 +180,8 @@ void Relief::start(const PhotoModel& flat) {
       }
     }
   }
+  inflated_mm_.fill(0);
+  if (flat.masked) inflate(points_, x_mm_, y_mm_, neighbour_, is_target_, inflated_mm_);
 }
 
 // Of what the views show at the level of the sweep: how badly the three of a point agree, robustly. In single
@@ -233,20 +237,21 @@ void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const Colour
     for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(lights, i);
   }
   for (int h = first; h < first + count; ++h) {
-    glance(rig, left, right, kSweepLevel, kSweepStep_mm * (h - kFlatHypothesis), T_H_C);
+    glance(rig, left, right, kSweepLevel, kSweepStep_mm * (h - kMiddleHypothesis), T_H_C);
     for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(lights, i);
   }
   if (!is_last) return;
   for (auto& costs : sweep_) average(costs);
   average(kept_);
-  const double jump = is_anew_ ? 1 : kJump;  // flat, where nothing tells
+  const double jump = is_anew_ ? 1 : kJump;  // as it was, where nothing tells
   for (int i = 0; i < points_; ++i) {
-    int best = kFlatHypothesis;
+    int best = kMiddleHypothesis;
     for (int h = 0; h < kReliefHypotheses; ++h) {
       if (sweep_[at(h)][at(i)] < sweep_[at(best)][at(i)]) best = h;
     }
-    if (sweep_[at(best)][at(i)] < jump * kept_[at(i)])
-      z_mm_[at(i)] = kSweepStep_mm * (best - kFlatHypothesis);
+    if (sweep_[at(best)][at(i)] < jump * kept_[at(i)]) {
+      z_mm_[at(i)] = static_cast<double>(about_mm_[at(i)]) + kSweepStep_mm * (best - kMiddleHypothesis);
+    }
   }
 }
 
@@ -375,6 +380,7 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   if (state_ == ReliefState::kFlat) state_ = ReliefState::kLearning;
   Transform T_H_C = T_H_M * T_M_C_;
   if (frames_ == 0) {
+    for (int i = 0; i < points_; ++i) about_mm_[at(i)] = model.z_mm[at(i)];
     T_H_C = T_H_C * Transform{Matrix3::Identity(), {kAside_mm[at(tries_)], 0, 0}};
     const double learned = learn_anew(rig, left, right, model, T_H_C);
     const PairingCosts learned_costs = costs();
@@ -439,24 +445,28 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   return adopt ? ReliefAdvice::kAdopt : ReliefAdvice::kKeep;
 }
 
-void Relief::give_back(PhotoModel& model) {
+void Relief::set_depths(const Points& z_mm, double share, PhotoModel& model) const {
   for (int i = 0; i < points_; ++i) {
-    model.x_mm[at(i)] = flat_x_mm_[at(i)];
-    model.y_mm[at(i)] = flat_y_mm_[at(i)];
-    model.z_mm[at(i)] = 0;
-    model.weight[at(i)] = flat_weight_[at(i)];
+    const Vector3 p = point(i, share * z_mm[at(i)]);
+    model.x_mm[at(i)] = static_cast<float>(p[0]);
+    model.y_mm[at(i)] = static_cast<float>(p[1]);
+    model.z_mm[at(i)] = static_cast<float>(p[2]);
   }
+}
+
+void Relief::inflate_model(double share, PhotoModel& model) const {
+  set_depths(inflated_mm_, share, model);
+}
+
+void Relief::give_back(PhotoModel& model) {
+  set_depths(inflated_mm_, 0, model);
+  for (int i = 0; i < points_; ++i) model.weight[at(i)] = flat_weight_[at(i)];
   drop();
 }
 
 void Relief::adopt(PhotoModel& model, Transform& T_H_M) {
-  for (int i = 0; i < points_; ++i) {
-    const Vector3 p = point(i, z_mm_[at(i)]);
-    model.x_mm[at(i)] = static_cast<float>(p[0]);
-    model.y_mm[at(i)] = static_cast<float>(p[1]);
-    model.z_mm[at(i)] = static_cast<float>(p[2]);
-    model.weight[at(i)] = is_target_[at(i)] > 0 ? 1 : 0;
-  }
+  set_depths(z_mm_, 1, model);
+  for (int i = 0; i < points_; ++i) model.weight[at(i)] = is_target_[at(i)] > 0 ? 1 : 0;
   state_ = ReliefState::kAdopted;
   better_ = 0;
   T_H_M = T_H_M * T_M_C_;

@@ -57,10 +57,15 @@ class Relief {
   // Learns from a frame on which the target was found at T_H_M with `model`, and says what is worth doing.
   // The same work for every image at the same pose. Where the target was `followed` there, rather than found
   // by a whole search, there is time to learn a young relief from nothing again, from other tilts as well,
-  // and to see whether the flat model does as well. From the side a relief in use is not learned from.
+  // and to see whether the flat model does as well. From the side a relief in use is not learned from. The
+  // first time, depths are tried about what `model` has: flat, or inflated.
   [[nodiscard]] ReliefAdvice observe(const StereoRig& rig, const ColourPyramid& left,
                                      const ColourPyramid& right, const PhotoModel& model,
                                      const Transform& T_H_M, bool followed);
+
+  // Makes `model`, of which no relief is known, its silhouette inflated to such a share of what inflate()
+  // says; 0 is flat. Where the silhouette is not known it stays flat.
+  void inflate_model(double share, PhotoModel& model) const;
 
   // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
   void adopt(PhotoModel& model, Transform& T_H_M);
@@ -111,6 +116,7 @@ class Relief {
   void linearise();
   void add_priors();
   void forget_depths();
+  void set_depths(const Points& z_mm, double share, PhotoModel& model) const;
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
   [[nodiscard]] Vector6 solve_pose() const;
   void sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
@@ -146,7 +152,9 @@ class Relief {
   alignas(16) std::array<float, kMaxReliefPoints> flat_ray_x_{};
   alignas(16) std::array<float, kMaxReliefPoints> flat_ray_y_{};
   std::array<std::uint8_t, kMaxReliefPoints> flat_weight_{};
-  Points is_target_{};  // 1, or 0 where it looks like background
+  Points inflated_mm_{};                                        // z of the silhouette inflated
+  alignas(16) std::array<float, kMaxReliefPoints> about_mm_{};  // z that depths are tried about
+  Points is_target_{};                                          // 1, or 0 where it looks like background
 
   // Carried over.
   Points z_mm_{};

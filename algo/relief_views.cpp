@@ -123,12 +123,13 @@ void Relief::sample_colours(double z_mm, const View& view, const Transform& T_H_
     for (int c = 0; c < 3; ++c) R[r][c] = set(T_C_M.R(r, c));
     t[r] = set(T_C_M.t_mm[r]);
   }
-  const V4 z = set(z_mm);
+  const V4 off = set(z_mm);
   const V4 nearest = set(kMinDepth_mm);
   const V4 first = set(1);
   const V4 last_u = set(view.image.width_px - 2.01);
   const V4 last_v = set(view.image.height_px - 2.01);
   for (int i = 0; i < points_; i += kLanes) {
+    const V4 z = hn::Add(hn::Load(d4, &about_mm_[at(i)]), off);
     const V4 px = hn::Add(hn::Load(d4, &flat_x_mm_[at(i)]), hn::Mul(z, hn::Load(d4, &flat_ray_x_[at(i)])));
     const V4 py = hn::Add(hn::Load(d4, &flat_y_mm_[at(i)]), hn::Mul(z, hn::Load(d4, &flat_ray_y_[at(i)])));
     V4 c[3];

@@ -86,6 +86,11 @@ void Tracker::forget() {
   state_ = TrackState::kSearching;
 }
 
+void Tracker::unlearn() {
+  if (kind_ == TargetKind::kPhoto) relief_.give_back(photo_);
+  forget();
+}
+
 std::int64_t Tracker::score(const Transform& T_H_M, Measure measure) const {
   const Transform T_CL_M = T_CL_H_ * T_H_M;
   const Transform T_CR_M = T_CR_H_ * T_H_M;

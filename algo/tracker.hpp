@@ -110,6 +110,8 @@ class Tracker {
 
   // Forgets target, velocity and population: the next frame starts from nothing.
   void forget();
+  // And what was learned of the target itself, its relief.
+  void unlearn();
 
   // Generations this frame is worth, where the caller has no wish of its own. To be asked again after each: a
   // target that turns out to be gone is worth a search in the same frame.
@@ -160,6 +162,9 @@ class Tracker {
   void build_measures();
   void assess_photo(const Transform& T_H_M);
   [[nodiscard]] Transform refine_best_photo();
+  void inflate(double share);
+  [[nodiscard]] Transform best_beside(const Transform& T_H_M);
+  [[nodiscard]] Transform best_inflation(const Transform& T_H_M);
   [[nodiscard]] double photo_confidence_of(const Transform& T_H_M) const;
   [[nodiscard]] PhotoEvidence photo_evidence_of(const Transform& T_H_M) const;
   [[nodiscard]] double marker_confidence_of(const Transform& T_H_M) const;

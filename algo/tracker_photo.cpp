@@ -1,4 +1,6 @@
 // The photo-model within the tracker: its measures, refinement, relief and how sure it is.
+#include <limits>
+
 #include "algo/tracker_parts.hpp"
 
 namespace vergence {
@@ -16,19 +18,27 @@ constexpr RefinePass kArchivePass{3, 100, 6};
 constexpr RefinePass kCoarsePass{2, 200, 8};
 constexpr RefinePass kMiddlePass{1, 400, 6};
 constexpr RefinePass kFinePass{0, 1000, 6};
+constexpr RefinePass kBesidePass{2, 64, 5};
 
-// Tilts of what was found that are tried as well: alignment may have settled at a wrong one.
+// Tilts and depths beside what was found that are tried as well: alignment may have settled at a wrong one.
 constexpr double kTilt_e = 0.15;
-constexpr std::array<std::array<double, 2>, 4> kTilts{
-    {{kTilt_e, 0}, {-kTilt_e, 0}, {0, kTilt_e}, {0, -kTilt_e}}};
+constexpr std::array<std::array<double, 2>, 5> kTilts{
+    {{0, 0}, {kTilt_e, 0}, {-kTilt_e, 0}, {0, kTilt_e}, {0, -kTilt_e}}};
+constexpr std::array<double, 3> kDepths_mm{0, -14, 14};
+// How much a solid's silhouette may be inflated.
+constexpr std::array<double, 4> kInflations{0, 0.5, 1, 1.5};
 
 constexpr Certainty kThesisPhotoFitness{0.5, 1.3};  // of about 1.6
+
+Vector3 line_of_sight(const Transform& T_H_M) {
+  return T_H_M.t_mm / std::sqrt(T_H_M.t_mm.squaredNorm() + 1e-12);
+}
 
 // A flat target looks nearly the same when its tilt is mirrored on the line of sight (Necker's reversal):
 // each of its points keeps its place across the line of sight and swaps depth. Which of the two it is,
 // refinement tells.
 Transform mirrored_tilt(const Transform& T_H_M) {
-  const Vector3 sight = T_H_M.t_mm / std::sqrt(T_H_M.t_mm.squaredNorm() + 1e-12);
+  const Vector3 sight = line_of_sight(T_H_M);
   const Matrix3 half_turn = 2 * sight * sight.transpose() - Matrix3::Identity();
   const Matrix3 R = half_turn * T_H_M.R * Vector3{-1, -1, 1}.asDiagonal();
   return {R, T_H_M.t_mm};
@@ -78,6 +88,52 @@ void Tracker::build_measures() {
   build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
 }
 
+// A photo-model of which no relief is known may be a solid's: its silhouette inflated is nearer to it than
+// flat.
+void Tracker::inflate(double share) {
+  if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
+  if (relief_.state() != ReliefState::kAdopted) relief_.inflate_model(share, photo_);
+}
+
+// From a pose, tilted, nearer and farther, aligned: the one that correlation likes best.
+Transform Tracker::best_beside(const Transform& T_H_M) {
+  Transform best = T_H_M;
+  std::int64_t best_score = score(T_H_M, Measure::kJudge);
+  for (const double depth_mm : kDepths_mm) {
+    for (const auto& [e1, e2] : kTilts) {
+      Transform T = T_H_M * Transform{rotation_from_quaternion_vector({e1, e2, 0}), Vector3::Zero()};
+      T.t_mm += depth_mm * line_of_sight(T);
+      refine_photo_pose(photo_, rig_, colour_left_, colour_right_, kBesidePass, workspace_, T);
+      const std::int64_t beside = score(T, Measure::kJudge);
+      if (beside > best_score) {
+        best_score = beside;
+        best = T;
+      }
+    }
+  }
+  return best;
+}
+
+// Leaves the model inflated as costs least, and returns where it lies then.
+Transform Tracker::best_inflation(const Transform& T_H_M) {
+  Transform best = T_H_M;
+  double least = std::numeric_limits<double>::max();
+  double best_share = 0;
+  for (const double share : kInflations) {
+    inflate(share);
+    Transform T = T_H_M;
+    refine_photo_pose(photo_, rig_, colour_left_, colour_right_, kCoarsePass, workspace_, T);
+    const double cost = alignment_cost(photo_, rig_, colour_left_, colour_right_, kCoarsePass, workspace_, T);
+    if (cost < least) {
+      least = cost;
+      best_share = share;
+      best = T;
+    }
+  }
+  inflate(best_share);
+  return best;
+}
+
 Transform Tracker::refine_best_photo() {
   const GeneCoding coding = settings_.ga.coding;
   const Pose best = decode(population_.individual[0].chromosome, box_, coding);
@@ -110,8 +166,8 @@ Transform Tracker::refine_best_photo() {
   if (following_) {
     follow(to_transform(best));
   } else {
-    // The fittest and the fittest of those elsewhere, each with its mirror image; the best of these, tilted;
-    // and where it was followed to.
+    // The fittest and the fittest of those elsewhere, each with its mirror image; what lies beside the best
+    // of these; and where it was followed to.
     Pose other = best;
     for (int i = kPopulation - 1; i > 0; --i) {
       const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
@@ -124,15 +180,8 @@ Transform Tracker::refine_best_photo() {
       refine(kCoarsePass, mirrored);
       consider(cost(kMiddlePass, mirrored) < cost(kMiddlePass, guess) ? mirrored : guess);
     }
-    std::array<Transform, kTilts.size()> tilted;
-    for (unsigned i = 0; i < tilted.size(); ++i) {
-      const Vector3 tilt{kTilts[i][0], kTilts[i][1], 0};
-      tilted[i] = T_H_M * Transform{rotation_from_quaternion_vector(tilt), Vector3::Zero()};
-    }
-    for (Transform& guess : tilted) {
-      refine(kCoarsePass, guess);
-      consider(guess);
-    }
+    T_H_M = best_inflation(best_beside(T_H_M));
+    best_score = score(T_H_M, Measure::kJudge);
     if (doubting_) {
       const Transform found = T_H_M;
       const auto found_score = static_cast<double>(best_score);

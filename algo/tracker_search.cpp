@@ -68,6 +68,7 @@ Tracker::Measure Tracker::settle_measure() const {
 }
 
 void Tracker::start_first_generation() {
+  inflate(kSearchInflation);
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (!population_ready_) {
     found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
@@ -106,6 +107,7 @@ bool Tracker::is_doubtful() const {
 }
 
 void Tracker::start_search() {
+  inflate(kSearchInflation);
   box_ = settings_.box;
   clear_archive();
   population_ready_ = false;

@@ -4,6 +4,8 @@
 #
 #   tools/relief.sh [FRAMES]
 #   tools/relief.sh aside       learned from ahead, and then turned away in three ways
+#   tools/relief.sh turned      never seen but turned away, in six ways: each from nothing, for a second
+#   tools/relief.sh cold        forty random poses of each, from nothing, five seeds: what one look learned is forgotten
 #
 # VERGENCE: another program than build/release/bin/vergence, for comparison.
 set -euo pipefail
@@ -27,6 +29,38 @@ def errors(part):
 print("| '"$code"' | %s |" % " | ".join(errors(rows[end - 5 : end]) for end in (40, 50, 60, 70)))'
   done
   exit
+fi
+
+creatures=(C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12)
+if [ "${1:-}" = turned ]; then
+  echo "| target | turned by 0.05 | 0.1 | 0.1 | 0.15 | 0.15 | 0.2 |"
+  echo "|---|---|---|---|---|---|---|"
+  for code in "${creatures[@]}"; do
+    set="out/relief/turned_$code"
+    [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creature_turned.toml --target "$code" -o "$set" >/dev/null
+    for first in 0 30 60 90 120 150; do
+      "$vergence" estimate "$set" --no-progress --frames "$first:$((first + 30))" --json -
+    done | python3 -c '
+import json, math, sys
+rows = [json.loads(line) for line in sys.stdin]
+def errors(part):
+    part = [r["error"] for r in part if r["state"] == "tracking"]
+    if not part: return "not found"
+    rms = lambda of: math.sqrt(sum(of(e) for e in part) / len(part))
+    return "%.2f, %.4f" % (rms(lambda e: e["x_mm"] ** 2 + e["y_mm"] ** 2 + e["z_mm"] ** 2), rms(lambda e: e["e"] ** 2))
+print("| '"$code"' | %s |" % " | ".join(errors(rows[end - 5 : end]) for end in range(30, 181, 30)))'
+  done
+  exit
+fi
+
+if [ "${1:-}" = cold ]; then
+  for code in "${creatures[@]}"; do
+    set="out/relief/cold_$code"
+    [ -d "$set/right" ] || "$vergence" render tools/render/scenes/photo_random.toml --target "$code" --seed 11 --frames 40 \
+      --set 'motion.pose=[0,0,500,0,0,0]' --set 'motion.amplitude=[180,180,180,0.35,0.35,0.35]' \
+      --set 'motion.in_view=true' -o "$set" >/dev/null
+  done
+  exec "$vergence" accuracy --cold "${creatures[@]/#/out/relief/cold_}" --seeds 5 --unlearned
 fi
 
 frames=${1:-40}

@@ -27,6 +27,7 @@ struct Case {
   Task task = Task::kFollow;
   std::vector<int> events{};  // kRelock: frames in which the target is seen anew
   std::string model_of{};     // kAbsent: the data set whose model and search box are used; empty: its own
+  bool unlearned = false;     // kCold: no look has a relief from the one before
 };
 
 // Names of the groups.

@@ -13,7 +13,7 @@ class Run {
 
   void look(const tools::Frame& frame, const tools::RgbImage& left, const tools::RgbImage& right) {
     if (what_.task == Task::kCold) {
-      estimator_.forget();
+      what_.unlearned ? estimator_.unlearn() : estimator_.forget();
       for (int attempt = 0; attempt < kAttempts; ++attempt) {
         // The target stands still; each look draws other random numbers.
         const auto draw =
@@ -88,8 +88,9 @@ std::vector<Observation> run_case(const Case& what, std::size_t case_index, cons
   return run_all(dataset, what, case_index, seeds);
 }
 
-std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds) {
+std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds, bool unlearned) {
   Case what;
+  what.unlearned = unlearned;
   what.set.frames = 0;
   what.task = Task::kCold;
   return run_all(dataset, what, 0, seeds);

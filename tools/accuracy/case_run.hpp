@@ -17,7 +17,8 @@ inline constexpr int kAttempts = 3;
                                                 const Places& places, int seeds);
 
 // Data sets of any origin, every frame from nothing, and shown again up to kAttempts times until it is found:
-// what `--cold` asks for.
-[[nodiscard]] std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds);
+// what `--cold` asks for. A relief learned at one frame serves the next, or, where each is `unlearned`, does
+// not.
+[[nodiscard]] std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds, bool unlearned);
 
 }  // namespace vergence::accuracy

@@ -31,6 +31,7 @@ struct Options {
   std::filesystem::path page;
   std::vector<std::filesystem::path> cold;
   int seeds = 20;
+  bool unlearned = false;
   bool fit_confidence = false;
   std::filesystem::path features;
 };
@@ -145,7 +146,7 @@ void run_cold_command(const Options& options) {
       throw InputError(dataset.directory / "truth.csv", "", "no frame has a known pose",
                        "accuracy needs the truth");
     }
-    seen[i] = accuracy::run_cold(dataset, options.seeds);
+    seen[i] = accuracy::run_cold(dataset, options.seeds, options.unlearned);
   });
   std::cout << "| data set | looks | tracked, % | found in the first frame, % | within 3, % | "
                "within 1.5 mm and 0.01, % | within 5 mm and 0.03, % | median mm | median e | median ms |\n"
@@ -220,6 +221,8 @@ void add_accuracy_command(CLI::App& app) {
   command->add_option("--seeds", options->seeds, "With --cold: random starts for each frame")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
+  command->add_flag("--unlearned", options->unlearned,
+                    "With --cold: what one look learned of the target, its relief, is not kept for the next");
   CLI::Option* fit = command->add_flag(
       "--fit-confidence", options->fit_confidence,
       "Instead: the weights of a photo-model's confidence, fitted to scenes of its own, and how it judges "

@@ -95,13 +95,10 @@ void Estimator::rehearse() {
   tracker_->forget();
 }
 
-// Refinement leaves a covariance, relief a model that is not flat.
+// Refinement leaves a covariance.
 Stage Estimator::stage_of(const Estimate& estimate) const {
   if (estimate.covariance.isZero(0)) return Stage::kEvolved;
-  const auto& z_mm = photo_model().z_mm;
-  const bool flat = std::all_of(z_mm.begin(), z_mm.begin() + photo_model().inner,
-                                [](float z) { return std::abs(z) < 1e-6F; });
-  return flat ? Stage::kRefined : Stage::kRelief;
+  return tracker_->relief_state() == ReliefState::kAdopted ? Stage::kRelief : Stage::kRefined;
 }
 
 FrameResult Estimator::run(const Frame& frame, const RgbImage& left, const RgbImage& right) {

@@ -63,6 +63,7 @@ class Estimator {
   [[nodiscard]] const PhotoModel& photo_model() const { return tracker_->photo_model(); }
   [[nodiscard]] const MarkerModel& marker_model() const { return *marker_; }
   void forget() { tracker_->forget(); }
+  void unlearn() { tracker_->unlearn(); }
 
  private:
   void rehearse();
