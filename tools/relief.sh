@@ -12,13 +12,11 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 vergence=${VERGENCE:-build/release/bin/vergence}
 
-if [ "${1:-}" = aside ]; then
-  echo "| target | ahead, last five frames: mm, e | turned away by 0.2 | by 0.26 | by 0.29 |"
-  echo "|---|---|---|---|---|"
-  for code in C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12; do
-    set="out/relief/aside_$code"
-    [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creature_aside.toml --target "$code" -o "$set" >/dev/null
-    "$vergence" estimate "$set" --no-progress --json - | python3 -c '
+creatures=(C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12)
+
+# errors_before CODE FRAME...: of estimates in JSON, mm and e over the five frames before each, a row of a table.
+errors_before() {
+  python3 -c '
 import json, math, sys
 rows = [json.loads(line) for line in sys.stdin]
 def errors(part):
@@ -26,12 +24,20 @@ def errors(part):
     if not part: return "not found"
     rms = lambda of: math.sqrt(sum(of(e) for e in part) / len(part))
     return "%.2f, %.4f" % (rms(lambda e: e["x_mm"] ** 2 + e["y_mm"] ** 2 + e["z_mm"] ** 2), rms(lambda e: e["e"] ** 2))
-print("| '"$code"' | %s |" % " | ".join(errors(rows[end - 5 : end]) for end in (40, 50, 60, 70)))'
+print("| %s | %s |" % (sys.argv[1], " | ".join(errors(rows[int(end) - 5 : int(end)]) for end in sys.argv[2:])))' "$@"
+}
+
+if [ "${1:-}" = aside ]; then
+  echo "| target | ahead, last five frames: mm, e | turned away by 0.2 | by 0.26 | by 0.29 |"
+  echo "|---|---|---|---|---|"
+  for code in "${creatures[@]}"; do
+    set="out/relief/aside_$code"
+    [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creature_aside.toml --target "$code" -o "$set" >/dev/null
+    "$vergence" estimate "$set" --no-progress --json - | errors_before "$code" 40 50 60 70
   done
   exit
 fi
 
-creatures=(C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12)
 if [ "${1:-}" = turned ]; then
   echo "| target | turned by 0.05 | 0.1 | 0.1 | 0.15 | 0.15 | 0.2 |"
   echo "|---|---|---|---|---|---|---|"
@@ -40,15 +46,7 @@ if [ "${1:-}" = turned ]; then
     [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creature_turned.toml --target "$code" -o "$set" >/dev/null
     for first in 0 30 60 90 120 150; do
       "$vergence" estimate "$set" --no-progress --frames "$first:$((first + 30))" --json -
-    done | python3 -c '
-import json, math, sys
-rows = [json.loads(line) for line in sys.stdin]
-def errors(part):
-    part = [r["error"] for r in part if r["state"] == "tracking"]
-    if not part: return "not found"
-    rms = lambda of: math.sqrt(sum(of(e) for e in part) / len(part))
-    return "%.2f, %.4f" % (rms(lambda e: e["x_mm"] ** 2 + e["y_mm"] ** 2 + e["z_mm"] ** 2), rms(lambda e: e["e"] ** 2))
-print("| '"$code"' | %s |" % " | ".join(errors(rows[end - 5 : end]) for end in range(30, 181, 30)))'
+    done | errors_before "$code" 30 60 90 120 150 180
   done
   exit
 fi
@@ -66,7 +64,7 @@ fi
 frames=${1:-40}
 echo "| target | flat, first frame: x y z mm, e | first frame | first second, RMS | last five frames, RMS |"
 echo "|---|---|---|---|---|"
-for code in C01 C02 C03 C04 C05 C06 C07 C08 C09 C10 C11 C12; do
+for code in "${creatures[@]}"; do
   set="out/relief/$code"
   [ -d "$set/right" ] || "$vergence" render tools/render/scenes/creatures.toml --target "$code" -o "$set" --frames "$frames" >/dev/null
   flat=$("$vergence" estimate "$set" --no-progress --frames 0:1 --set-stage refined --json -)
