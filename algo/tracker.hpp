@@ -162,6 +162,7 @@ class Tracker {
   void build_measures();
   void assess_photo(const Transform& T_H_M);
   [[nodiscard]] Transform refine_best_photo();
+  [[nodiscard]] bool may_be_solid() const;
   void inflate(double share);
   [[nodiscard]] Transform best_beside(const Transform& T_H_M);
   [[nodiscard]] Transform best_inflation(const Transform& T_H_M);

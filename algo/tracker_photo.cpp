@@ -88,11 +88,15 @@ void Tracker::build_measures() {
   build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
 }
 
-// A photo-model of which no relief is known may be a solid's: its silhouette inflated is nearer to it than
-// flat.
+// A photo-model of which the silhouette is known, but no relief, may be a solid's: inflated it is nearer to
+// that than flat.
+bool Tracker::may_be_solid() const {
+  return kind_ == TargetKind::kPhoto && !is_thesis() && settings_.last_stage == Stage::kRelief &&
+         photo_.masked && relief_.state() != ReliefState::kAdopted;
+}
+
 void Tracker::inflate(double share) {
-  if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
-  if (relief_.state() != ReliefState::kAdopted) relief_.inflate_model(share, photo_);
+  if (may_be_solid()) relief_.inflate_model(share, photo_);
 }
 
 // From a pose, tilted, nearer and farther, aligned: the one that correlation likes best.
@@ -129,6 +133,7 @@ Transform Tracker::best_inflation(const Transform& T_H_M) {
       best_share = share;
       best = T;
     }
+    if (!may_be_solid()) break;  // one shape only
   }
   inflate(best_share);
   return best;

@@ -71,8 +71,8 @@ TEST(Estimate, RightsTheTiltThatAShortSearchFound) {
   for (int seed = 1; seed <= 7; ++seed) {
     for (const Json& line : estimate(directory, "--generations 200 --seed " + std::to_string(seed))) {
       if (line["state"] != "tracking") continue;
-      // So short a search ends somewhere else now and then, and may believe it.
-      if (line["error"]["position_mm"] > 15) {
+      // So short a search ends somewhere else now and then, and may believe it, but for one frame.
+      if (line["error"]["position_mm"] > 15 && line["frame"] == 0) {
         ++elsewhere;
         continue;
       }
@@ -82,7 +82,7 @@ TEST(Estimate, RightsTheTiltThatAShortSearchFound) {
     }
   }
   EXPECT_GE(found, 14) << "of 21";
-  EXPECT_LE(elsewhere, 2);
+  EXPECT_LE(elsewhere, 1) << "of 7";
 }
 
 TEST(Estimate, StatesStageAndCovarianceOfThePose) {

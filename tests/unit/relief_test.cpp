@@ -83,6 +83,16 @@ TEST(Relief, IsUsedFromTheFrameTheTargetIsFoundInAndGoodSoonAfter) {
   }
 }
 
+TEST(Relief, IsUnlearnedWithAllElse) {
+  Bench bench(world_with(14));
+  (void)watch(bench, 3);
+  ASSERT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted);
+  bench.tracker().unlearn();
+  EXPECT_EQ(bench.tracker().relief_state(), ReliefState::kFlat);
+  const auto& z_mm = bench.tracker().photo_model().z_mm;
+  EXPECT_TRUE(std::all_of(z_mm.begin(), z_mm.end(), [](float z) { return z == 0; }));
+}
+
 // Shading is no texture: it does not go along with the target when the lamp goes another way.
 TEST(Relief, IsNotDraggedAlongWhereTheLampHasMoved) {
   for (const double lamp_moved : {-0.6, 0.6}) {
