@@ -20,12 +20,43 @@ HWY_BEFORE_NAMESPACE();
 namespace vergence::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Gives points that face away from the camera the index of what is beside the image, and returns how many are
+// left. Single precision, no fused multiply-add: the same on every processor.
+int leave_out_hidden(const SurfaceNormals& normals, const Transform& T_C_M, int points, std::int32_t outside,
+                     std::int32_t* HWY_RESTRICT index) {
+  constexpr double kFacing = 0.1;  // cosine: normals are not exact, and what is seen edge on tells little
+  const hn::ScalableTag<float> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const Vector3 eye_mm = -(T_C_M.R.transpose() * T_C_M.t_mm);
+  const auto set = [&](double value) { return hn::Set(d, static_cast<float>(value)); };
+  const auto x = set(eye_mm[0]);
+  const auto y = set(eye_mm[1]);
+  const auto z = set(eye_mm[2]);
+  const auto least_mm = set(kFacing * std::sqrt(eye_mm.squaredNorm()));
+  auto facing = hn::Zero(di);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int i = 0; i < points; i += lanes) {
+    const auto towards = hn::Add(
+        hn::Add(hn::Mul(x, hn::Load(d, normals.x.data() + i)), hn::Mul(y, hn::Load(d, normals.y.data() + i))),
+        hn::Mul(z, hn::Load(d, normals.z.data() + i)));
+    const auto distance_mm = hn::Sub(towards, hn::Load(d, normals.reach_mm.data() + i));
+    const auto faces = hn::RebindMask(di, hn::Gt(distance_mm, least_mm));
+    hn::Store(hn::IfThenElse(faces, hn::Load(di, index + i), hn::Set(di, outside)), di, index + i);
+    facing = hn::Sub(facing, hn::VecFromMask(di, faces));  // minus one where it does
+  }
+  return hn::GetLane(hn::SumOfLanes(di, facing));
+}
+
 void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
                       const ColourLevel& image, const Transform& T_C_M, CorrelationSums& sums) {
   alignas(64) std::int32_t index[kMaxPhotoPoints + 16];
   alignas(64) ColourPixel pixel[kMaxPhotoPoints + 16];
   point_indices(camera, {image.width_px, image.height_px}, T_C_M, photo.x_mm.data(), photo.y_mm.data(),
                 photo.z_mm.data(), model.points, index);
+  const int facing = model.hidden == HiddenPoints::kLeftOut
+                         ? leave_out_hidden(photo.normals, T_C_M, model.points,
+                                            PixelGrid{image.width_px, image.height_px}.outside(), index)
+                         : model.points;
   for (int i = 0; i < model.points; ++i) pixel[i] = image.pixel[index[i]];
 
   const hn::ScalableTag<std::int32_t> d32;
@@ -92,8 +123,10 @@ void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, co
     add_up(seen_yr, seen_b, of_model);
   }
   const auto total = [&](auto v) { return static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(d32, v))); };
-  sums = {total(of_image.luma), total(of_image.cb),   total(of_image.cr), total(squares),    total(products),
-          total(seen),          total(of_model.luma), total(of_model.cb), total(of_model.cr)};
+  sums = {total(of_image.luma), total(of_image.cb),   total(of_image.cr),
+          total(squares),       total(products),      facing,
+          total(seen),          total(of_model.luma), total(of_model.cb),
+          total(of_model.cr)};
 }
 
 }  // namespace vergence::HWY_NAMESPACE
@@ -110,9 +143,11 @@ constexpr std::int64_t kNoiseVariance = 20;  // of a bare wall, a point
 
 }  // namespace
 
-void build_correlation_model(const PhotoModel& photo, int level, int points, CorrelationModel& model) {
+void build_correlation_model(const PhotoModel& photo, int level, int points, HiddenPoints hidden,
+                             CorrelationModel& model) {
   model = CorrelationModel{};
   model.level = level;
+  model.hidden = hidden;
   const int available = points < photo.inner ? points : photo.inner;
   model.points = available >= 16 ? available / 16 * 16 : 0;
   const PointColours& colours = photo.colour[static_cast<unsigned>(level)];
@@ -143,13 +178,14 @@ std::int64_t correlation(const CorrelationModel& model, const PhotoModel& photo,
   if (s.seen == 0) return 0;
   // Times n^2, over the points that are seen: sum ab - sum a sum b / seen, by the share that is seen; and
   // what is seen varies about its own mean.
-  const std::int64_t n = model.points;
+  const std::int64_t n = s.facing;
   const std::int64_t covariance =
       s.seen * s.products - (s.luma * s.model_luma + s.cb * s.model_cb + s.cr * s.model_cr);
   const double means = static_cast<double>(n) / static_cast<double>(s.seen) *
                        static_cast<double>(s.luma * s.luma + s.cb * s.cb + s.cr * s.cr);
   const double variance = static_cast<double>(n * s.squares + n * n * kNoiseVariance) - means;
-  const double scale = std::sqrt(variance) * model.deviation;
+  const double facing = static_cast<double>(n) / static_cast<double>(model.points);
+  const double scale = std::sqrt(variance) * (model.deviation * facing);
   return static_cast<std::int64_t>(static_cast<double>(covariance) / scale *
                                    static_cast<double>(kCorrelationOne));
 }

@@ -7,18 +7,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 #include "algo/limits.hpp"
 
 namespace vergence {
 
-// z of each of the first `points` points at x, y; `neighbour` are the nearest others of each, `is_target` is
-// 1 within the silhouette and 0 beside it. Towards the camera is negative; the mean over the target is 0. For
-// start-up: takes some ten milliseconds.
+// z of each of the first `points` points at x, y; `is_target` is 1 within the silhouette and 0 beside it.
+// Towards the camera is negative; the mean over the target is 0. For start-up: takes some ten milliseconds.
 void inflate(int points, const std::array<double, kMaxReliefPoints>& x_mm,
              const std::array<double, kMaxReliefPoints>& y_mm,
-             const std::array<std::array<std::int16_t, kReliefNeighbours>, kMaxReliefPoints>& neighbour,
              const std::array<double, kMaxReliefPoints>& is_target,
              std::array<double, kMaxReliefPoints>& z_mm);
 

@@ -175,6 +175,7 @@ void add_point(const PhotoSource& source, const HueLimits& limits, int x, int y,
     ++model.outer;
     return;
   }
+  model.normals.z[k] = -1;  // flat, facing the camera
   const std::uint8_t* rgb = pixel(source.photo, x, y);
   model.weight[k] = source.target == nullptr || source.target[y * source.photo.width_px + x] != 0 ? 1 : 0;
   model.hue[k] = hue_code_rgb(rgb[0], rgb[1], rgb[2], limits);

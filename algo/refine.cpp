@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "algo/colour_sampling-inl.hpp"
+#include "algo/facing-inl.hpp"
 #include "algo/pose_covariance.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -41,8 +42,9 @@ double clamped(double value, double low, double high) {
 // A camera before a posed model, in single precision.
 struct View {
   View(const CameraModel& at_level, const ColourLevel& level, const Transform& T_H_M)
-      : camera(at_level), image(level), distorted(at_level.has_distortion()) {
-    const Transform T_C_M = target_in_camera(at_level, T_H_M);
+      : View(at_level, level, target_in_camera(at_level, T_H_M), at_level.has_distortion()) {}
+  View(const CameraModel& at_level, const ColourLevel& level, const Transform& T_C_M, bool has_distortion)
+      : camera(at_level), image(level), facing(T_C_M), distorted(has_distortion) {
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) R[r][c] = set(T_C_M.R(r, c));
       t[r] = set(T_C_M.t_mm[r]);
@@ -51,6 +53,7 @@ struct View {
 
   const CameraModel& camera;
   ColourLevel image;
+  Facing facing;
   bool distorted;
   V4 R[3][3];
   V4 t[3];
@@ -157,7 +160,8 @@ void sample_points(const PhotoModel& model, int points, const View& view, Refine
     const Projection at = project_four(view, model, i);
     const auto visible = hn::And(at.in_front, hn::And(hn::And(hn::Ge(at.u, first), hn::Le(at.u, last_u)),
                                                       hn::And(hn::Ge(at.v, first), hn::Le(at.v, last_v))));
-    const V4 weight = hn::ConvertTo(d4, hn::PromoteTo(d32, hn::LoadU(d8, model.weight.data() + k)));
+    const V4 of_target = hn::ConvertTo(d4, hn::PromoteTo(d32, hn::LoadU(d8, model.weight.data() + k)));
+    const V4 weight = hn::Mul(of_target, view.facing.of(model.normals, k));
     hn::Store(hn::IfThenElseZero(visible, weight), d4, samples.weight.data() + k);
     // What is not in the image is sampled at its border all the same and gets no weight: equal work for all.
     alignas(16) float u[kLanes];

@@ -180,8 +180,9 @@ void Relief::start(const PhotoModel& flat) {
       }
     }
   }
+  start_slopes();
   inflated_mm_.fill(0);
-  if (flat.masked) inflate(points_, x_mm_, y_mm_, neighbour_, is_target_, inflated_mm_);
+  if (flat.masked) inflate(points_, x_mm_, y_mm_, is_target_, inflated_mm_);
 }
 
 // Of what the views show at the level of the sweep: how badly the three of a point agree, robustly. In single
@@ -237,7 +238,7 @@ void Relief::sweep(const StereoRig& rig, const ColourPyramid& left, const Colour
     for (int i = 0; i < points_; ++i) kept_[at(i)] = misfit(lights, i);
   }
   for (int h = first; h < first + count; ++h) {
-    glance(rig, left, right, kSweepLevel, kSweepStep_mm * (h - kMiddleHypothesis), T_H_C);
+    glance(rig, left, right, kSweepLevel, model, kSweepStep_mm * (h - kMiddleHypothesis), T_H_C);
     for (int i = 0; i < points_; ++i) sweep_[at(h)][at(i)] = misfit(lights, i);
   }
   if (!is_last) return;
@@ -443,19 +444,6 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   if (flat_will_do) return ReliefAdvice::kGiveBack;
   const bool adopt = better_ >= in_a_row && spread_mm() >= kLeastSpread_mm;
   return adopt ? ReliefAdvice::kAdopt : ReliefAdvice::kKeep;
-}
-
-void Relief::set_depths(const Points& z_mm, double share, PhotoModel& model) const {
-  for (int i = 0; i < points_; ++i) {
-    const Vector3 p = point(i, share * z_mm[at(i)]);
-    model.x_mm[at(i)] = static_cast<float>(p[0]);
-    model.y_mm[at(i)] = static_cast<float>(p[1]);
-    model.z_mm[at(i)] = static_cast<float>(p[2]);
-  }
-}
-
-void Relief::inflate_model(double share, PhotoModel& model) const {
-  set_depths(inflated_mm_, share, model);
 }
 
 void Relief::give_back(PhotoModel& model) {

@@ -86,6 +86,7 @@ class Relief {
   struct View {
     CameraModel camera;
     ColourLevel image;
+    const SurfaceNormals& normals;
   };
   struct Light {
     double gain = 1;
@@ -109,7 +110,7 @@ class Relief {
   void look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
             const PhotoModel& model, const Points& z_mm, const Transform& T_H_M);
   void glance(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
-              double z_mm, const Transform& T_H_M);
+              const PhotoModel& model, double z_mm, const Transform& T_H_M);
   // Of the three pairings at the last look.
   [[nodiscard]] PairingCosts costs() const;
   [[nodiscard]] double cost() const;
@@ -117,6 +118,8 @@ class Relief {
   void add_priors();
   void forget_depths();
   void set_depths(const Points& z_mm, double share, PhotoModel& model) const;
+  void start_slopes();
+  [[nodiscard]] Vector2 slope(const Points& z_mm, int i) const;
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
   [[nodiscard]] Vector6 solve_pose() const;
   void sweep(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right,
@@ -142,6 +145,8 @@ class Relief {
   int points_ = 0;
   Vector3 photo_view_ = Vector3::Zero();  // where the photo was taken from, as view()
   std::array<std::array<std::int16_t, kReliefNeighbours>, kMaxReliefPoints> neighbour_{};
+  // What makes slopes of the differences of z to the neighbours, along x and along y.
+  std::array<std::array<Vector2, kReliefNeighbours>, kMaxReliefPoints> slope_of_{};
   Points x_mm_{};  // of the flat model
   Points y_mm_{};
   Points ray_x_{};  // how a point moves with its relief, a mm of z: along its ray of the photo

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "algo/colour_sampling-inl.hpp"
+#include "algo/facing-inl.hpp"
 #include "algo/projection-inl.hpp"
 #include "algo/relief_parts.hpp"
 
@@ -86,11 +87,14 @@ Vector3 Relief::point(int i, double z_mm) const {
 void Relief::sample(const Points& z_mm, const View& view, const Transform& T_H_M,
                     std::array<ReliefSample, kMaxReliefPoints>& samples) const {
   const Eye eye(view.camera, view.image, T_H_M);
+  const Facing facing(eye.T_C_M);
+  alignas(16) std::array<float, kMaxReliefPoints> faces;
+  for (int i = 0; i < points_; i += kLanes) hn::Store(facing.of(view.normals, at(i)), d4, &faces[at(i)]);
   for (int i = 0; i < points_; ++i) {
     ReliefSample& sample = samples[at(i)];
     const Vector3 p = point(i, z_mm[at(i)]);
     const Place place = eye.place_of(p);
-    sample.seen = place.visible ? is_target_[at(i)] : 0.0;
+    sample.seen = place.visible ? is_target_[at(i)] * static_cast<double>(faces[at(i)]) : 0.0;
     sample_colour(view.image, static_cast<float>(place.u_px), static_cast<float>(place.v_px),
                   sample.value.data(), sample.slope_u.data(), sample.slope_v.data());
     const double inverse = place.inverse_depth;
@@ -117,6 +121,7 @@ void Relief::sample(const Points& z_mm, const View& view, const Transform& T_H_M
 void Relief::sample_colours(double z_mm, const View& view, const Transform& T_H_M,
                             std::array<ReliefSample, kMaxReliefPoints>& samples) const {
   const Transform T_C_M = target_in_camera(view.camera, T_H_M);
+  const Facing facing(T_C_M);
   V4 R[3][3];
   V4 t[3];
   for (int r = 0; r < 3; ++r) {
@@ -150,7 +155,7 @@ void Relief::sample_colours(double z_mm, const View& view, const Transform& T_H_
     alignas(16) float seen[kLanes];
     hn::Store(hn::IfThenElse(visible, u, first), d4, at_u);
     hn::Store(hn::IfThenElse(visible, v, first), d4, at_v);
-    hn::Store(hn::IfThenElseZero(visible, first), d4, seen);
+    hn::Store(hn::IfThenElseZero(visible, facing.of(view.normals, at(i))), d4, seen);
     for (int lane = 0; lane < kLanes; ++lane) {
       ReliefSample& sample = samples[at(i + lane)];
       sample.seen = is_target_[at(i + lane)] * static_cast<double>(seen[lane]);
@@ -257,15 +262,17 @@ void Relief::relight() {
 
 void Relief::look(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
                   const PhotoModel& model, const Points& z_mm, const Transform& T_H_M) {
-  sample(z_mm, {camera_at_level(rig.left, level), level_of(left, level)}, T_H_M, left_);
-  sample(z_mm, {camera_at_level(rig.right, level), level_of(right, level)}, T_H_M, right_);
+  sample(z_mm, {camera_at_level(rig.left, level), level_of(left, level), model.normals}, T_H_M, left_);
+  sample(z_mm, {camera_at_level(rig.right, level), level_of(right, level), model.normals}, T_H_M, right_);
   fit_lights(model, level);
 }
 
 void Relief::glance(const StereoRig& rig, const ColourPyramid& left, const ColourPyramid& right, int level,
-                    double z_mm, const Transform& T_H_M) {
-  sample_colours(z_mm, {camera_at_level(rig.left, level), level_of(left, level)}, T_H_M, left_);
-  sample_colours(z_mm, {camera_at_level(rig.right, level), level_of(right, level)}, T_H_M, right_);
+                    const PhotoModel& model, double z_mm, const Transform& T_H_M) {
+  sample_colours(z_mm, {camera_at_level(rig.left, level), level_of(left, level), model.normals}, T_H_M,
+                 left_);
+  sample_colours(z_mm, {camera_at_level(rig.right, level), level_of(right, level), model.normals}, T_H_M,
+                 right_);
 }
 
 Relief::PairingCosts Relief::costs() const {

@@ -97,6 +97,15 @@ struct PointColours {
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cr{};
 };
 
+// Outward normals n of the surface at points P, and `reach` = n . P: an eye at C sees a point where n . C is
+// more than its reach. Elsewhere the target itself is in the way.
+struct SurfaceNormals {
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> x{};
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> y{};
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> z{};
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> reach_mm{};
+};
+
 // Points in the target frame (origin at the centre of the rectangle, x right, y down, z away from the
 // camera), S_in first, then S_out. Within each of the two the order is such that every leading part is spread
 // evenly over the target, so a coarse evaluation reads just the first few.
@@ -107,6 +116,7 @@ struct PhotoModel {
   alignas(64) std::array<float, kMaxPhotoPoints + 16> x_mm{};
   alignas(64) std::array<float, kMaxPhotoPoints + 16> y_mm{};
   alignas(64) std::array<float, kMaxPhotoPoints + 16> z_mm{};  // relief; zero = the flat model of the thesis
+  SurfaceNormals normals;                                      // of S_in
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> hue{};
   // 1, or 0 where a point of S_in is not of the target but background: it is to have no say in alignment.
   // Where nothing is known of that, all 1 until a relief is learned.

@@ -78,6 +78,7 @@ void Tracker::forget() {
   light_.forget();
   expect_light();
   predictor_.forget();
+  searches_ = 0;
   start_search();
   scout_generation_ = 0;
   following_ = false;
@@ -235,6 +236,7 @@ Estimate Tracker::end_frame() {
     estimate.covariance = kind_ == TargetKind::kMarker ? marker_covariance() : photo_covariance();
   }
   T_H_M_last_ = T_H_M;
+  searches_ = following_ ? 0 : searches_ + 1;
   update_state(estimate.confidence);
   if (!is_thesis()) follow_light(T_H_M);
   if (state_ == TrackState::kTracking || is_thesis()) {

@@ -164,8 +164,10 @@ class Tracker {
   [[nodiscard]] Transform refine_best_photo();
   [[nodiscard]] bool may_be_solid() const;
   void inflate(double share);
+  [[nodiscard]] double search_inflation() const;
   [[nodiscard]] Transform best_beside(const Transform& T_H_M);
   [[nodiscard]] Transform best_inflation(const Transform& T_H_M);
+  [[nodiscard]] Transform found_or_followed(const Transform& found_T_H_M);
   [[nodiscard]] double photo_confidence_of(const Transform& T_H_M) const;
   [[nodiscard]] PhotoEvidence photo_evidence_of(const Transform& T_H_M) const;
   [[nodiscard]] double marker_confidence_of(const Transform& T_H_M) const;
@@ -231,8 +233,10 @@ class Tracker {
   Population archive_;  // the best of each epoch of a search
   bool population_ready_ = false;
   int epoch_generation_ = 0;
-  int epochs_ = 0;     // ended since the search began
-  Population scouts_;  // of the whole box, while a target is followed
+  int epochs_ = 0;        // ended since the search began
+  int searches_ = 0;      // frames in a row that searched the whole box
+  double inflation_ = 0;  // of the photo-model in use, where it has no relief
+  Population scouts_;     // of the whole box, while a target is followed
   int scout_generation_ = 0;
   std::int64_t followed_score_ = 0;  // of the last estimate
   int frames_tracked_ = 0;           // since the target was found

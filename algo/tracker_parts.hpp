@@ -9,9 +9,6 @@ namespace vergence {
 
 inline constexpr double kFound = 0.5;  // confidence from which a target counts as found
 inline constexpr int kTrackGenerations = 60;
-// A photo-model without a relief is searched for inflated so much: it may be flat, or as round as a ball.
-inline constexpr double kSearchInflation = 0.5;
-
 // Confidence as the share of the way from what chance reaches to what a sure match reaches.
 struct Certainty {
   double chance;

@@ -83,9 +83,9 @@ void Tracker::polish_archive() {
 
 void Tracker::build_measures() {
   build_correlation_model(photo_, level_for(photo_, rig_.left, settings_.box.centre[2]), kSearchPoints,
-                          search_model_);
-  build_correlation_model(photo_, 2, kSettlePoints, settle_model_);
-  build_correlation_model(photo_, 1, kJudgePoints, judge_model_);
+                          HiddenPoints::kTakenAlong, search_model_);
+  build_correlation_model(photo_, 2, kSettlePoints, HiddenPoints::kLeftOut, settle_model_);
+  build_correlation_model(photo_, 1, kJudgePoints, HiddenPoints::kLeftOut, judge_model_);
 }
 
 // A photo-model of which the silhouette is known, but no relief, may be a solid's: inflated it is nearer to
@@ -96,6 +96,7 @@ bool Tracker::may_be_solid() const {
 }
 
 void Tracker::inflate(double share) {
+  inflation_ = share;
   if (may_be_solid()) relief_.inflate_model(share, photo_);
 }
 
@@ -139,6 +140,31 @@ Transform Tracker::best_inflation(const Transform& T_H_M) {
   return best;
 }
 
+// Of what a search found, and what was followed until then, the one that correlation likes better, each with
+// the model as it fits best there. Where the followed one was only doubted, not gone, what is found elsewhere
+// has to be clearly better.
+Transform Tracker::found_or_followed(const Transform& found_T_H_M) {
+  const double found_inflation = inflation_;
+  const std::int64_t found_score = score(found_T_H_M, Measure::kJudge);
+  Transform T_H_M = best_inflation(rescue_pose_);
+  std::int64_t followed_score = score(T_H_M, Measure::kJudge);
+  for (Transform guess : {T_H_M, T_H_M_last_}) {
+    refine_photo_pose(photo_, rig_, colour_left_, colour_right_, kCoarsePass, workspace_, guess);
+    const std::int64_t guess_score = score(guess, Measure::kJudge);
+    if (guess_score > followed_score) {
+      followed_score = guess_score;
+      T_H_M = guess;
+    }
+  }
+  const bool elsewhere = distinct(to_pose(found_T_H_M), to_pose(T_H_M));
+  const bool better = doubting_ && elsewhere ? clearly_fitter(static_cast<double>(found_score),
+                                                              static_cast<double>(followed_score))
+                                             : found_score > followed_score;
+  if (!better) return T_H_M;
+  inflate(found_inflation);
+  return found_T_H_M;
+}
+
 Transform Tracker::refine_best_photo() {
   const GeneCoding coding = settings_.ga.coding;
   const Pose best = decode(population_.individual[0].chromosome, box_, coding);
@@ -160,16 +186,13 @@ Transform Tracker::refine_best_photo() {
       T_H_M = guess;
     }
   };
-  // Where it was expected, and where it was: a target that turns off or stops is not where it was expected.
-  const auto follow = [&](const Transform& expected) {
-    consider(expected);
-    for (Transform guess : {expected, T_H_M_last_}) {
+  if (following_) {
+    // Where it was expected, and where it was: a target that turns off or stops is not where it was expected.
+    consider(T_H_M);
+    for (Transform guess : {to_transform(best), T_H_M_last_}) {
       refine(kCoarsePass, guess);
       consider(guess);
     }
-  };
-  if (following_) {
-    follow(to_transform(best));
   } else {
     // The fittest and the fittest of those elsewhere, each with its mirror image; what lies beside the best
     // of these; and where it was followed to.
@@ -186,21 +209,7 @@ Transform Tracker::refine_best_photo() {
       consider(cost(kMiddlePass, mirrored) < cost(kMiddlePass, guess) ? mirrored : guess);
     }
     T_H_M = best_inflation(best_beside(T_H_M));
-    best_score = score(T_H_M, Measure::kJudge);
-    if (doubting_) {
-      const Transform found = T_H_M;
-      const auto found_score = static_cast<double>(best_score);
-      best_score = INT64_MIN;
-      follow(rescue_pose_);
-      const auto followed_score = static_cast<double>(best_score);
-      const bool elsewhere = distinct(to_pose(found), to_pose(T_H_M));
-      if (elsewhere ? clearly_fitter(found_score, followed_score) : found_score > followed_score)
-        T_H_M = found;
-    } else if (rescuing_) {
-      Transform followed = rescue_pose_;
-      refine(kCoarsePass, followed);
-      consider(followed);
-    }
+    if (rescuing_) T_H_M = found_or_followed(T_H_M);
   }
   // No pass may make it worse by its own measure.
   for (const RefinePass& pass : {kMiddlePass, kFinePass}) {
@@ -230,9 +239,18 @@ void Tracker::learn_relief(Transform& T_H_M) {
     relief_.drop();
     return;
   }
+  const Transform T_H_M_before = T_H_M;
   switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, followed)) {
     case ReliefAdvice::kKeep: return;
-    case ReliefAdvice::kAdopt: relief_.adopt(photo_, T_H_M); break;
+    case ReliefAdvice::kAdopt:
+      relief_.adopt(photo_, T_H_M);
+      assess_photo(T_H_M);
+      if (!tracked || confidence_of(T_H_M) >= kFound) return;
+      // What the target is not recognized by any more is not its relief.
+      relief_.give_back(photo_);
+      inflate(inflation_);
+      T_H_M = T_H_M_before;
+      break;
     case ReliefAdvice::kGiveBack:
       relief_.give_back(photo_);
       T_H_M = relief_.flat_pose();

@@ -24,7 +24,7 @@ constexpr int kSettleMutation_per_1024 = 51;  // half of the searching rate: few
 
 // The thesis: nine generations; ours: what a cold lock takes.
 constexpr int kThesisGenerations = 9;
-constexpr int kPhotoSearchGenerations = 4200;
+constexpr int kPhotoSearchGenerations = 3900;
 constexpr int kMarkerSearchGenerations = 1500;
 
 // A search finds where a target is long before it finds how it is turned. Founders about a place of the
@@ -40,6 +40,10 @@ constexpr double kGone = 0.75;
 // search: what was found first may be something like it, and would be followed.
 constexpr int kDoubtfulFrames = 2;
 constexpr int kDoubtfulGenerations = kPhotoSearchGenerations / 4 * 3;
+// A photo-model without a relief is searched for inflated, in one frame so much, in the next so much: it may
+// be flat, as round as a ball, or rounder.
+constexpr double kSearchInflation = 0.5;
+constexpr double kOtherInflation = 2;
 // A scout population searches the whole box while a target is followed, some generations a frame.
 constexpr int kScoutGenerations = 20;
 
@@ -67,8 +71,12 @@ Tracker::Measure Tracker::settle_measure() const {
   return following_ ? followed_measure() : Measure::kSettle;
 }
 
+double Tracker::search_inflation() const {
+  return searches_ % 2 == 0 ? kSearchInflation : kOtherInflation;
+}
+
 void Tracker::start_first_generation() {
-  inflate(kSearchInflation);
+  inflate(search_inflation());
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (!population_ready_) {
     found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
@@ -107,7 +115,7 @@ bool Tracker::is_doubtful() const {
 }
 
 void Tracker::start_search() {
-  inflate(kSearchInflation);
+  inflate(search_inflation());
   box_ = settings_.box;
   clear_archive();
   population_ready_ = false;

@@ -95,8 +95,15 @@ TEST(ColourPyramid, EqualsPlainCodeForEveryFormatAndWidth) {
   });
 }
 
+// Whether a point of the model faces the camera.
+bool faces(const PhotoModel& photo, unsigned k, const Transform& T_C_M) {
+  const Vector3 eye = T_C_M.inverse().t_mm;
+  const Vector3 normal(photo.normals.x[k], photo.normals.y[k], photo.normals.z[k]);
+  return normal.dot(eye) - static_cast<double>(photo.normals.reach_mm[k]) > 0.1 * eye.norm();
+}
+
 // Correlation written plainly, in double precision, with the mean put in where nothing is seen, by the
-// share that is.
+// share that is; hidden points are none, but for the variance of the model.
 double plain_correlation(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
                          const ColourLevel& image, const Transform& T_C_M) {
   const PointColours& colours = photo.colour[static_cast<unsigned>(model.level)];
@@ -105,7 +112,10 @@ double plain_correlation(const CorrelationModel& model, const PhotoModel& photo,
   std::vector<bool> is_seen(points);
   Vector3 mean = Vector3::Zero();
   double seen = 0;
+  double facing = 0;
   for (unsigned k = 0; k < points; ++k) {
+    if (model.hidden == HiddenPoints::kLeftOut && !faces(photo, k, T_C_M)) continue;
+    ++facing;
     Vector2 uv;
     if (!project(camera, T_C_M * Vector3(photo.x_mm[k], photo.y_mm[k], photo.z_mm[k]), uv)) continue;
     const double u = std::nearbyint(uv[0]);
@@ -126,7 +136,7 @@ double plain_correlation(const CorrelationModel& model, const PhotoModel& photo,
     model_colours[k] = {colours.luma[k] - 128.0, 2 * (colours.cb[k] - 128.0), 2 * (colours.cr[k] - 128.0)};
     model_mean += model_colours[k] / points;
   }
-  double ii = 20.0 * points;
+  double ii = 20 * facing;
   double mm = 20.0 * points;
   double im = 0;
   for (unsigned k = 0; k < points; ++k) {
@@ -136,7 +146,7 @@ double plain_correlation(const CorrelationModel& model, const PhotoModel& photo,
     mm += b.squaredNorm();
     im += a.dot(b);
   }
-  return seen / points * im / std::sqrt(ii * mm);
+  return seen / facing * im / std::sqrt(ii * mm * facing / points);
 }
 
 TEST(Correlation, EqualsPlainCodeAndIsOneBitPatternOnEveryInstructionSet) {
@@ -145,6 +155,16 @@ TEST(Correlation, EqualsPlainCodeAndIsOneBitPatternOnEveryInstructionSet) {
   const auto model = std::make_unique<CorrelationModel>();
   const auto pyramid = std::make_unique<ColourPyramid>();
   world.make_model(*photo);
+  CounterRandom turns(4, 0);
+  for (unsigned k = 0; k < static_cast<unsigned>(photo->inner); ++k) {
+    const double x = 2 * static_cast<double>(turns.below(1000)) / 1000 - 1;
+    const double y = 2 * static_cast<double>(turns.below(1000)) / 1000 - 1;
+    const Vector3 normal = Vector3(2 * x, 2 * y, -1).normalized();
+    photo->normals.x[k] = static_cast<float>(normal[0]);
+    photo->normals.y[k] = static_cast<float>(normal[1]);
+    photo->normals.z[k] = static_cast<float>(normal[2]);
+    photo->normals.reach_mm[k] = static_cast<float>(normal.dot(Vector3(photo->x_mm[k], photo->y_mm[k], 0)));
+  }
   std::vector<std::vector<std::int64_t>> results;
   for_every_target([&] {
     results.emplace_back();
@@ -153,9 +173,10 @@ TEST(Correlation, EqualsPlainCodeAndIsOneBitPatternOnEveryInstructionSet) {
     ASSERT_EQ(make_colour_pyramid(picture.view(), *pyramid), Status::kOk);
     for (int level = 0; level < kColourLevels; ++level) {
       for (const int points : {16, 160, 400, 5000}) {
-        build_correlation_model(*photo, level, points, *model);
         const CameraModel camera = camera_at_level(world.rig.left, level);
-        for (int k = 0; k < 60; ++k) {
+        for (int k = 0; k < 120; ++k) {
+          build_correlation_model(*photo, level, points,
+                                  k % 2 == 0 ? HiddenPoints::kTakenAlong : HiddenPoints::kLeftOut, *model);
           SearchBox box{{0, 0, 450, 0, 0, 0}, {150, 150, 200, 0.4, 0.4, 0.4}};
           const Transform T = target_in_camera(
               camera, to_transform(decode(random_chromosome(random), box, GeneCoding::kGray)));
@@ -183,7 +204,7 @@ TEST(Correlation, PeaksAtTheTruthAndDoesNotMindTheLight) {
     const Transform truth{Matrix3::Identity(), {10, 5, 430}};
     const auto picture = world.look(world.rig.left, truth);
     ASSERT_EQ(make_colour_pyramid(picture.view(), *pyramid), Status::kOk);
-    build_correlation_model(*photo, 1, 400, *model);
+    build_correlation_model(*photo, 1, 400, HiddenPoints::kLeftOut, *model);
     const CameraModel camera = camera_at_level(world.rig.left, 1);
     const auto at = [&](const Vector3& shift) {
       Transform T = truth;

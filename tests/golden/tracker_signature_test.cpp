@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Golden{TargetKind::kMarker, Method::kThesis, 0xC622CA858F364EA9ULL},
                       Golden{TargetKind::kMarker, Method::kVergence, 0xA936830405AF95DDULL},
                       Golden{TargetKind::kPhoto, Method::kThesis, 0xDD9DAB3457DF6EEBULL},
-                      Golden{TargetKind::kPhoto, Method::kVergence, 0x1415838E077C670DULL}));
+                      Golden{TargetKind::kPhoto, Method::kVergence, 0x69369F371659F8C0ULL}));
 
 TEST_P(GoldenTest, EstimatesKeepTheirBits) {
   for_every_target([] {

@@ -73,6 +73,7 @@ struct World {
   std::vector<Ball> balls = marker_balls();  // as they stand in the world; the model's are always those
   double lamp_moved = 0;  // the card is lit so much more on its right, less on its left, than in its photo
   double bowl_mm = 0;  // the card's relief: z = bowl (X^2 + Y^2 - 2/3), X and Y from -1 to 1 over it; mean 0
+  bool oval = false;   // it is known of the model that the target is an ellipse within the card
   StereoRig rig;
 
   explicit World(TargetKind of) : kind(of) {
@@ -139,6 +140,13 @@ struct World {
     source.distance_mm = 400;
     source.camera = camera;
     source.background_hue_deg = 210;
+    std::vector<std::uint8_t> within(static_cast<std::size_t>(camera.width_px * camera.height_px));
+    for (std::size_t i = 0; i < within.size(); ++i) {
+      const double x = (static_cast<double>(i % 320) - 159.5) / (0.4 * kCardWidth_mm);
+      const double y = (static_cast<double>(i / 320) - 119.5) / (0.4 * kCardHeight_mm);
+      within[i] = x * x + y * y < 1 ? 1 : 0;
+    }
+    if (oval) source.target = within.data();
     PhotoOptions options;
     options.points = points;
     (void)build_photo_model(source, options, {}, model);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -71,6 +72,54 @@ TEST(Tracker, SearchesAgainForAPhotoModelItHasJustFound) {
     EXPECT_EQ(bench.tracker().is_following(), follows[frame]) << frame;
     EXPECT_EQ(estimate.state, TrackState::kTracking) << frame;
     EXPECT_LT(distance_mm(estimate, truth), 8) << frame;
+  }
+}
+
+// How near the middle of a solid is thought to be.
+double depth_mm(const Tracker& tracker) {
+  const auto& z_mm = tracker.photo_model().z_mm;
+  return -static_cast<double>(*std::min_element(z_mm.begin(), z_mm.end()));
+}
+
+// A solid may be rounder than the first search takes it for.
+TEST(Tracker, SearchesForASolidInTwoShapesByTurns) {
+  World world(TargetKind::kPhoto);
+  world.oval = true;
+  world.present = false;
+  Bench bench(world);
+  const auto left = bench.world().look(bench.world().rig.left, {});
+  const auto right = bench.world().look(bench.world().rig.right, {});
+  std::array<double, 4> depths_mm{};
+  for (std::size_t frame = 0; frame < depths_mm.size(); ++frame) {
+    FrameMotion motion;
+    motion.t_s = static_cast<double>(frame) / 30;
+    motion.T_H_CL = bench.world().rig.left.T_H_C;
+    motion.T_H_CR = bench.world().rig.right.T_H_C;
+    ASSERT_EQ(bench.tracker().begin_frame(frame, left.view(), right.view(), motion), Status::kOk);
+    depths_mm[frame] = depth_mm(bench.tracker());
+    EXPECT_NE(bench.tracker().end_frame().state, TrackState::kTracking);
+  }
+  EXPECT_GT(depths_mm[0], 3);
+  EXPECT_NEAR(depths_mm[1], 4 * depths_mm[0], 0.01);
+  EXPECT_EQ(depths_mm[2], depths_mm[0]);
+  EXPECT_EQ(depths_mm[3], depths_mm[1]);
+}
+
+// A second search that finds nothing better leaves the shape alone in which the target was found.
+TEST(Tracker, KeepsTheShapeItFollowsWhereASearchInAnotherFindsNoBetter) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    World world(TargetKind::kPhoto);
+    world.oval = true;
+    Bench bench(world, seed);
+    const Transform truth = some_pose(seed);
+    ASSERT_EQ(bench.step(truth, 2400).state, TrackState::kTracking) << seed;
+    for (int frame = 1; frame <= 4; ++frame) {
+      const Estimate estimate = bench.step(truth, frame < 3 ? 200 : 60);
+      EXPECT_EQ(estimate.state, TrackState::kTracking) << seed << ' ' << frame;
+      EXPECT_LT(distance_mm(estimate, truth), 2) << seed << ' ' << frame;
+      EXPECT_LT(turn(estimate, truth), 0.02) << seed << ' ' << frame;
+      EXPECT_LT(depth_mm(bench.tracker()), 0.5) << seed << ' ' << frame;
+    }
   }
 }
 

@@ -111,7 +111,7 @@ FitnessBenchResult run_fitness_bench(int turns) {
     const auto pyramid = std::make_unique<ColourPyramid>();
     const auto correlated = std::make_unique<CorrelationModel>();
     (void)make_colour_pyramid(scene.left.view(), *pyramid);
-    build_correlation_model(*model, 2, 160, *correlated);
+    build_correlation_model(*model, 2, 160, HiddenPoints::kTakenAlong, *correlated);
     const CameraModel camera = camera_at_level(scene.dataset.rig.left, 2);
     const ColourLevel level = level_of(*pyramid, 2);
     const auto poses = some_poses(scene);
