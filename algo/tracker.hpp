@@ -167,6 +167,8 @@ class Tracker {
   [[nodiscard]] double search_inflation() const;
   [[nodiscard]] Transform best_beside(const Transform& T_H_M);
   [[nodiscard]] Transform best_inflation(const Transform& T_H_M);
+  [[nodiscard]] Transform finely_refined(Transform T_H_M);
+  [[nodiscard]] bool will_be_believed(const Transform& T_H_M);
   [[nodiscard]] Transform found_or_followed(const Transform& found_T_H_M);
   [[nodiscard]] double photo_confidence_of(const Transform& T_H_M) const;
   [[nodiscard]] PhotoEvidence photo_evidence_of(const Transform& T_H_M) const;

@@ -140,12 +140,33 @@ Transform Tracker::best_inflation(const Transform& T_H_M) {
   return best;
 }
 
+// The last passes, of which none may make it worse by its own measure.
+Transform Tracker::finely_refined(Transform T_H_M) {
+  for (const RefinePass& pass : {kMiddlePass, kFinePass}) {
+    const auto cost = [&](const Transform& T) {
+      return alignment_cost(photo_, rig_, colour_left_, colour_right_, pass, workspace_, T);
+    };
+    const double before = cost(T_H_M);
+    Transform refined = T_H_M;
+    refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, refined);
+    if (cost(refined) <= before) T_H_M = refined;
+  }
+  return T_H_M;
+}
+
+bool Tracker::will_be_believed(const Transform& T_H_M) {
+  const Transform refined = finely_refined(T_H_M);
+  assess_photo(refined);
+  return confidence_of(refined) >= kFound;
+}
+
 // Of what a search found, and what was followed until then, the one that correlation likes better, each with
 // the model as it fits best there. Where the followed one was only doubted, not gone, what is found elsewhere
-// has to be clearly better.
+// has to be clearly better, and what is believed is not given up for what is not.
 Transform Tracker::found_or_followed(const Transform& found_T_H_M) {
   const double found_inflation = inflation_;
   const std::int64_t found_score = score(found_T_H_M, Measure::kJudge);
+  const bool found_believed = doubting_ && will_be_believed(found_T_H_M);
   Transform T_H_M = best_inflation(rescue_pose_);
   std::int64_t followed_score = score(T_H_M, Measure::kJudge);
   for (Transform guess : {T_H_M, T_H_M_last_}) {
@@ -160,7 +181,8 @@ Transform Tracker::found_or_followed(const Transform& found_T_H_M) {
   const bool better = doubting_ && elsewhere ? clearly_fitter(static_cast<double>(found_score),
                                                               static_cast<double>(followed_score))
                                              : found_score > followed_score;
-  if (!better) return T_H_M;
+  const bool followed_believed = doubting_ && will_be_believed(T_H_M);
+  if (found_believed == followed_believed ? !better : followed_believed) return T_H_M;
   inflate(found_inflation);
   return found_T_H_M;
 }
@@ -211,14 +233,7 @@ Transform Tracker::refine_best_photo() {
     T_H_M = best_inflation(best_beside(T_H_M));
     if (rescuing_) T_H_M = found_or_followed(T_H_M);
   }
-  // No pass may make it worse by its own measure.
-  for (const RefinePass& pass : {kMiddlePass, kFinePass}) {
-    const double before = cost(pass, T_H_M);
-    Transform refined = T_H_M;
-    refine(pass, refined);
-    if (cost(pass, refined) <= before) T_H_M = refined;
-  }
-  return T_H_M;
+  return finely_refined(T_H_M);
 }
 
 // Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased. A solid
@@ -253,7 +268,7 @@ void Tracker::learn_relief(Transform& T_H_M) {
       break;
     case ReliefAdvice::kGiveBack:
       relief_.give_back(photo_);
-      T_H_M = relief_.flat_pose();
+      T_H_M = finely_refined(best_inflation(relief_.flat_pose()));
       break;
   }
   assess_photo(T_H_M);
