@@ -6,6 +6,7 @@
 #   tools/relief.sh aside       learned from ahead, and then turned away in three ways
 #   tools/relief.sh turned      never seen but turned away, in six ways: each from nothing, for a second
 #   tools/relief.sh cold        forty random poses of each, from nothing, five seeds: what one look learned is forgotten
+#   tools/relief.sh stay        the same poses, each standing still for thirty frames, one seed
 #
 # VERGENCE: another program than build/release/bin/vergence, for comparison.
 set -euo pipefail
@@ -51,14 +52,16 @@ if [ "${1:-}" = turned ]; then
   exit
 fi
 
-if [ "${1:-}" = cold ]; then
+if [ "${1:-}" = cold ] || [ "${1:-}" = stay ]; then
   for code in "${creatures[@]}"; do
     set="out/relief/cold_$code"
     [ -d "$set/right" ] || "$vergence" render tools/render/scenes/photo_random.toml --target "$code" --seed 11 --frames 40 \
       --set 'motion.pose=[0,0,500,0,0,0]' --set 'motion.amplitude=[180,180,180,0.35,0.35,0.35]' \
       --set 'motion.in_view=true' -o "$set" >/dev/null
   done
-  exec "$vergence" accuracy --cold "${creatures[@]/#/out/relief/cold_}" --seeds 5 --unlearned
+  how=(--seeds 5)
+  [ "$1" = cold ] || how=(--seeds 1 --stay 30)
+  exec "$vergence" accuracy --cold "${creatures[@]/#/out/relief/cold_}" --unlearned "${how[@]}"
 fi
 
 frames=${1:-40}

@@ -28,6 +28,7 @@ struct Case {
   std::vector<int> events{};  // kRelock: frames in which the target is seen anew
   std::string model_of{};     // kAbsent: the data set whose model and search box are used; empty: its own
   bool unlearned = false;     // kCold: no look has a relief from the one before
+  int stay = 0;               // kCold: each look goes on for so many frames; 0: until it is found
 };
 
 // Names of the groups.

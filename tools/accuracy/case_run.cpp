@@ -14,12 +14,13 @@ class Run {
   void look(const tools::Frame& frame, const tools::RgbImage& left, const tools::RgbImage& right) {
     if (what_.task == Task::kCold) {
       what_.unlearned ? estimator_.unlearn() : estimator_.forget();
-      for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      const int attempts = what_.stay > 0 ? what_.stay : kAttempts;
+      for (int attempt = 0; attempt < attempts; ++attempt) {
         // The target stands still; each look draws other random numbers.
         const auto draw =
-            static_cast<std::uint64_t>(frame.number) * kAttempts + static_cast<unsigned>(attempt);
+            static_cast<std::uint64_t>(frame.number * attempts) + static_cast<unsigned>(attempt);
         note(estimator_.run(frame, left, right, draw, attempt / 30.0), attempt);
-        if (observations_.back().locked()) break;
+        if (what_.stay == 0 && observations_.back().locked()) break;
       }
     } else {
       note(estimator_.run(frame, left, right), 0);
@@ -88,9 +89,10 @@ std::vector<Observation> run_case(const Case& what, std::size_t case_index, cons
   return run_all(dataset, what, case_index, seeds);
 }
 
-std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds, bool unlearned) {
+std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds, bool unlearned, int stay) {
   Case what;
   what.unlearned = unlearned;
+  what.stay = stay;
   what.set.frames = 0;
   what.task = Task::kCold;
   return run_all(dataset, what, 0, seeds);

@@ -18,7 +18,8 @@ inline constexpr int kAttempts = 3;
 
 // Data sets of any origin, every frame from nothing, and shown again up to kAttempts times until it is found:
 // what `--cold` asks for. A relief learned at one frame serves the next, or, where each is `unlearned`, does
-// not.
-[[nodiscard]] std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds, bool unlearned);
+// not. With `stay`, each is shown so many times instead, found or not: a target that stands still.
+[[nodiscard]] std::vector<Observation> run_cold(const tools::Dataset& dataset, int seeds, bool unlearned,
+                                                int stay);
 
 }  // namespace vergence::accuracy

@@ -54,7 +54,7 @@ std::vector<SearchedPose> search_given(const std::vector<std::filesystem::path>&
     dataset.truth.clear();
   }
   std::vector<SearchedPose> poses;
-  std::vector<Observation> seen = run_cold(dataset, kSeeds, false);
+  std::vector<Observation> seen = run_cold(dataset, kSeeds, false, 0);
   std::erase_if(seen, [](const Observation& o) { return o.attempt > 0; });
   keep(seen, {"given", name_of(given[scene]), name_of(given[model])}, poses);
   return poses;

@@ -32,6 +32,7 @@ struct Options {
   std::vector<std::filesystem::path> cold;
   int seeds = 20;
   bool unlearned = false;
+  int stay = 0;
   bool fit_confidence = false;
   std::filesystem::path features;
 };
@@ -137,6 +138,42 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+std::string name_of(const std::filesystem::path& directory) {
+  const std::filesystem::path name = directory.lexically_normal();
+  return (name.has_filename() ? name : name.parent_path()).filename().string();
+}
+
+// Of targets that stand still: where they are tracked some frames after they were first looked for.
+void print_stay(const Options& options, const std::vector<std::vector<accuracy::Observation>>& seen) {
+  std::cout << "| data set | looks | frame | right, % | tracked elsewhere, % | within 1.5 mm and 0.01, % | "
+               "within 5 mm and 0.03, % |\n|---|---|---|---|---|---|---|\n";
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    for (const int frame : {1, 3, 10, 30, 100}) {
+      if (frame > options.stay) break;
+      std::size_t looks = 0;
+      std::size_t right = 0;
+      std::size_t elsewhere = 0;
+      std::size_t flat = 0;
+      std::size_t solid = 0;
+      for (const accuracy::Observation& o : seen[i]) {
+        if (!o.result.error || o.attempt != frame - 1) continue;
+        ++looks;
+        right += o.locked() ? 1 : 0;
+        elsewhere += o.tracking() && !o.locked() ? 1 : 0;
+        flat += o.tracking() && o.within(1.5, 0.01) ? 1 : 0;
+        solid += o.tracking() && o.within(5, 0.03) ? 1 : 0;
+      }
+      if (looks == 0) continue;
+      const auto share = [&](std::size_t n) {
+        return 100 * static_cast<double>(n) / static_cast<double>(looks);
+      };
+      std::cout << accuracy::format("| %s | %zu | %d | %.1f | %.1f | %.0f | %.0f |\n",
+                                    name_of(options.cold[i]).c_str(), looks, frame, share(right),
+                                    share(elsewhere), share(flat), share(solid));
+    }
+  }
+}
+
 // Bounds of a flat target, and of a solid, whose truth is that of its mean front plane.
 void run_cold_command(const Options& options) {
   std::vector<std::vector<accuracy::Observation>> seen(options.cold.size());
@@ -146,8 +183,12 @@ void run_cold_command(const Options& options) {
       throw InputError(dataset.directory / "truth.csv", "", "no frame has a known pose",
                        "accuracy needs the truth");
     }
-    seen[i] = accuracy::run_cold(dataset, options.seeds, options.unlearned);
+    seen[i] = accuracy::run_cold(dataset, options.seeds, options.unlearned, options.stay);
   });
+  if (options.stay > 0) {
+    print_stay(options, seen);
+    return;
+  }
   std::cout << "| data set | looks | tracked, % | found in the first frame, % | within 3, % | "
                "within 1.5 mm and 0.01, % | within 5 mm and 0.03, % | median mm | median e | median ms |\n"
                "|---|---|---|---|---|---|---|---|---|---|\n";
@@ -176,10 +217,8 @@ void run_cold_command(const Options& options) {
     const auto share = [&](std::size_t n) {
       return 100 * static_cast<double>(n) / static_cast<double>(mm.size());
     };
-    std::filesystem::path name = options.cold[i].lexically_normal();
-    if (!name.has_filename()) name = name.parent_path();
     std::cout << accuracy::format("| %s | %zu | %.0f | %.1f | %.1f | %.0f | %.0f | %.2f | %.4f | %.1f |\n",
-                                  name.filename().string().c_str(), mm.size(), share(tracked), share(found),
+                                  name_of(options.cold[i]).c_str(), mm.size(), share(tracked), share(found),
                                   share(found_soon), share(flat), share(solid), median(mm), median(e),
                                   median(ms));
   }
@@ -223,6 +262,12 @@ void add_accuracy_command(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--unlearned", options->unlearned,
                     "With --cold: what one look learned of the target, its relief, is not kept for the next");
+  command
+      ->add_option("--stay", options->stay,
+                   "With --cold: each picture is shown for so many frames; where the target is tracked after "
+                   "1, 3, 10, 30 and 100 of them")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
   CLI::Option* fit = command->add_flag(
       "--fit-confidence", options->fit_confidence,
       "Instead: the weights of a photo-model's confidence, fitted to scenes of its own, and how it judges "
