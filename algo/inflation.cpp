@@ -96,7 +96,7 @@ void inflate(int points, const std::array<double, kMaxReliefPoints>& x_mm,
   double sum = 0;
   double weight = 1e-9;
   for (std::size_t i = 0; i < static_cast<std::size_t>(points); ++i) {
-    z_mm[i] = -is_target[i] * std::sqrt(grid.h(x_mm[i], y_mm[i]));
+    z_mm[i] = -is_target[i] * std::sqrt(std::fmax(grid.h(x_mm[i], y_mm[i]), 0));
     sum += is_target[i] * z_mm[i];
     weight += is_target[i];
   }
