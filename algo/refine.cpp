@@ -41,10 +41,8 @@ double clamped(double value, double low, double high) {
 
 // A camera before a posed model, in single precision.
 struct View {
-  View(const CameraModel& at_level, const ColourLevel& level, const Transform& T_H_M)
-      : View(at_level, level, target_in_camera(at_level, T_H_M), at_level.has_distortion()) {}
-  View(const CameraModel& at_level, const ColourLevel& level, const Transform& T_C_M, bool has_distortion)
-      : camera(at_level), image(level), facing(T_C_M), distorted(has_distortion) {
+  View(const CameraModel& at_level, const ColourLevel& level, const Transform& T_C_M)
+      : camera(at_level), image(level), facing(T_C_M), distorted(at_level.has_distortion()) {
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) R[r][c] = set(T_C_M.R(r, c));
       t[r] = set(T_C_M.t_mm[r]);
@@ -222,8 +220,12 @@ struct Level {
     }
   }
 
-  [[nodiscard]] View left(const Transform& T_H_M) const { return {camera_left, image_left, T_H_M}; }
-  [[nodiscard]] View right(const Transform& T_H_M) const { return {camera_right, image_right, T_H_M}; }
+  [[nodiscard]] View left(const Transform& T_H_M) const {
+    return {camera_left, image_left, target_in_camera(camera_left, T_H_M)};
+  }
+  [[nodiscard]] View right(const Transform& T_H_M) const {
+    return {camera_right, image_right, target_in_camera(camera_right, T_H_M)};
+  }
 
   // The two sides of a pairing at four points, and their common weight.
   void load(int pairing, int i, V4 (&a)[kChannels], V4 (&b)[kChannels], V4& weight) const {

@@ -9,6 +9,7 @@ namespace vergence {
 
 inline constexpr double kFound = 0.5;  // confidence from which a target counts as found
 inline constexpr int kTrackGenerations = 60;
+
 // Confidence as the share of the way from what chance reaches to what a sure match reaches.
 struct Certainty {
   double chance;

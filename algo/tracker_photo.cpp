@@ -211,7 +211,7 @@ Transform Tracker::refine_best_photo() {
   if (following_) {
     // Where it was expected, and where it was: a target that turns off or stops is not where it was expected.
     consider(T_H_M);
-    for (Transform guess : {to_transform(best), T_H_M_last_}) {
+    for (Transform guess : {T_H_M, T_H_M_last_}) {
       refine(kCoarsePass, guess);
       consider(guess);
     }

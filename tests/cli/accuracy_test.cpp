@@ -37,6 +37,7 @@ TEST(Accuracy, RefusesWhatItCannotMeasure) {
   expect_refusal("accuracy --cold " + directory.path().string(), "truth.csv", "accuracy needs the truth");
   expect_refusal("accuracy --only nonsense", "nonsense");
   expect_refusal("accuracy --stay 0 --cold " + directory.path().string(), "--stay", "1");
+  expect_refusal("accuracy --stay 3", "--stay", "--cold");
   expect_refusal("accuracy --only time --scenes /nowhere --work " + (directory / "work").string(),
                  "no such scene", "--scenes");
 }

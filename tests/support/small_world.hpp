@@ -140,7 +140,8 @@ struct World {
     source.distance_mm = 400;
     source.camera = camera;
     source.background_hue_deg = 210;
-    std::vector<std::uint8_t> within(static_cast<std::size_t>(camera.width_px * camera.height_px));
+    std::vector<std::uint8_t> within;
+    if (oval) within.resize(static_cast<std::size_t>(camera.width_px * camera.height_px));
     for (std::size_t i = 0; i < within.size(); ++i) {
       const double x = (static_cast<double>(i % 320) - 159.5) / (0.4 * kCardWidth_mm);
       const double y = (static_cast<double>(i / 320) - 119.5) / (0.4 * kCardHeight_mm);

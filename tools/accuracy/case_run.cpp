@@ -17,8 +17,8 @@ class Run {
       const int attempts = what_.stay > 0 ? what_.stay : kAttempts;
       for (int attempt = 0; attempt < attempts; ++attempt) {
         // The target stands still; each look draws other random numbers.
-        const auto draw =
-            static_cast<std::uint64_t>(frame.number * attempts) + static_cast<unsigned>(attempt);
+        const auto draw = static_cast<std::uint64_t>(frame.number) * static_cast<unsigned>(attempts) +
+                          static_cast<unsigned>(attempt);
         note(estimator_.run(frame, left, right, draw, attempt / 30.0), attempt);
         if (what_.stay == 0 && observations_.back().locked()) break;
       }

@@ -253,10 +253,11 @@ void add_accuracy_command(CLI::App& app) {
       ->add_option("--threads", options->suite.threads,
                    "Threads; times are taken on one (default: all cores)")
       ->check(CLI::Range(1, 256));
-  command
-      ->add_option("--cold", options->cold,
-                   "Instead: data sets with truth.csv; how often each frame is found from nothing")
-      ->type_name("DIR...");
+  CLI::Option* cold =
+      command
+          ->add_option("--cold", options->cold,
+                       "Instead: data sets with truth.csv; how often each frame is found from nothing")
+          ->type_name("DIR...");
   command->add_option("--seeds", options->seeds, "With --cold: random starts for each frame")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
@@ -266,6 +267,7 @@ void add_accuracy_command(CLI::App& app) {
       ->add_option("--stay", options->stay,
                    "With --cold: each picture is shown for so many frames; where the target is tracked after "
                    "1, 3, 10, 30 and 100 of them")
+      ->needs(cold)
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
   CLI::Option* fit = command->add_flag(
