@@ -18,7 +18,7 @@ namespace {
 constexpr double kRadius_mm = 40;
 
 // How much of a say the first four points have in a camera that stands at the origin.
-std::array<float, kLanes> faces(const SurfaceNormals& normals, const Transform& T_C_M) {
+HWY_ATTR std::array<float, kLanes> faces(const SurfaceNormals& normals, const Transform& T_C_M) {
   alignas(16) std::array<float, kLanes> result;
   hn::Store(Facing(T_C_M).of(normals, 0), d4, result.data());
   return result;
