@@ -25,12 +25,12 @@ mkdir -p $root/dev/shm $root/dev/pts
 mount -t tmpfs tmpfs $root/dev/shm
 mount -t tmpfs tmpfs $root/run
 mount -t tmpfs tmpfs $root/tmp
-# Where the results go and where the programs are may lie below what was just covered.
-mkdir -p "$root$RIG_OUT"
-mount -t hostfs -o "$RIG_OUT" none "$root$RIG_OUT"
+# Where the programs are and where the results go may lie below what was just covered; the results below the programs.
 for folder in "$RIG_BUILD" "$(dirname "$(dirname "$RIG_SESSION")")"; do
   [ -d "$root$folder" ] || { mkdir -p "$root$folder"; mount -t hostfs -o ro,"$folder" none "$root$folder"; }
 done
+mkdir -p "$root$RIG_OUT"
+mount -t hostfs -o "$RIG_OUT" none "$root$RIG_OUT"
 mount -t configfs configfs $root/sys/kernel/config
 mount -t debugfs debugfs $root/sys/kernel/debug
 mount -t tracefs tracefs $root/sys/kernel/tracing
