@@ -183,6 +183,7 @@ void Relief::start(const PhotoModel& flat) {
   start_slopes();
   inflated_mm_.fill(0);
   if (flat.masked) inflate(points_, x_mm_, y_mm_, is_target_, inflated_mm_);
+  find_slopes(inflated_mm_, inflated_slopes_);
 }
 
 // Of what the views show at the level of the sweep: how badly the three of a point agree, robustly. In single
@@ -447,13 +448,15 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
 }
 
 void Relief::give_back(PhotoModel& model) {
-  set_depths(inflated_mm_, 0, model);
+  inflate_model(0, model);
   for (int i = 0; i < points_; ++i) model.weight[at(i)] = flat_weight_[at(i)];
   drop();
 }
 
 void Relief::adopt(PhotoModel& model, Transform& T_H_M) {
-  set_depths(z_mm_, 1, model);
+  Slopes slopes;
+  find_slopes(z_mm_, slopes);
+  set_depths(z_mm_, slopes, 1, model);
   for (int i = 0; i < points_; ++i) model.weight[at(i)] = is_target_[at(i)] > 0 ? 1 : 0;
   state_ = ReliefState::kAdopted;
   better_ = 0;

@@ -95,7 +95,8 @@ class Relief {
     double cost = 0;   // mean absolute residual over the spread of the colours
   };
   using Points = std::array<double, kMaxReliefPoints>;
-  using PairingCosts = std::array<double, 3>;  // photo-left, photo-right, left-right
+  using Slopes = std::array<Vector2, kMaxReliefPoints>;  // of z, along x and along y
+  using PairingCosts = std::array<double, 3>;            // photo-left, photo-right, left-right
 
   [[nodiscard]] bool is_early() const;  // learned from few frames, of this view or at all
   [[nodiscard]] Vector3 point(int i, double z_mm) const;
@@ -117,7 +118,8 @@ class Relief {
   void linearise();
   void add_priors();
   void forget_depths();
-  void set_depths(const Points& z_mm, double share, PhotoModel& model) const;
+  void find_slopes(const Points& z_mm, Slopes& slopes) const;
+  void set_depths(const Points& z_mm, const Slopes& slopes, double share, PhotoModel& model) const;
   void start_slopes();
   [[nodiscard]] Vector2 slope(const Points& z_mm, int i) const;
   void multiply(const Vector6& pose, const Points& z, Vector6& out_pose, Points& out_z) const;
@@ -157,7 +159,8 @@ class Relief {
   alignas(16) std::array<float, kMaxReliefPoints> flat_ray_x_{};
   alignas(16) std::array<float, kMaxReliefPoints> flat_ray_y_{};
   std::array<std::uint8_t, kMaxReliefPoints> flat_weight_{};
-  Points inflated_mm_{};                                        // z of the silhouette inflated
+  Points inflated_mm_{};  // z of the silhouette inflated
+  Slopes inflated_slopes_;
   alignas(16) std::array<float, kMaxReliefPoints> about_mm_{};  // z that depths are tried about
   Points is_target_{};                                          // 1, or 0 where it looks like background
 

@@ -30,20 +30,26 @@ Vector2 Relief::slope(const Points& z_mm, int i) const {
   return slope;
 }
 
-void Relief::set_depths(const Points& z_mm, double share, PhotoModel& model) const {
-  std::array<Vector2, kMaxReliefPoints> slopes;
-  for (int i = 0; i < points_; ++i) slopes[at(i)] = share * slope(z_mm, i);
+// A learned surface is rough: it faces where its neighbourhood does.
+void Relief::find_slopes(const Points& z_mm, Slopes& slopes) const {
+  Slopes rough;
+  for (int i = 0; i < points_; ++i) rough[at(i)] = slope(z_mm, i);
+  for (int i = 0; i < points_; ++i) {
+    slopes[at(i)] = rough[at(i)];
+    for (const std::int16_t j : neighbour_[at(i)]) slopes[at(i)] += rough[at(j)];
+    slopes[at(i)] /= 1 + kReliefNeighbours;
+  }
+}
+
+void Relief::set_depths(const Points& z_mm, const Slopes& slopes, double share, PhotoModel& model) const {
   for (int i = 0; i < points_; ++i) {
     const Vector3 p = point(i, share * z_mm[at(i)]);
     model.x_mm[at(i)] = static_cast<float>(p[0]);
     model.y_mm[at(i)] = static_cast<float>(p[1]);
     model.z_mm[at(i)] = static_cast<float>(p[2]);
-    // A learned surface is rough: it faces where its neighbourhood does.
-    Vector2 smooth = slopes[at(i)];
-    for (const std::int16_t j : neighbour_[at(i)]) smooth += slopes[at(j)];
-    smooth /= 1 + kReliefNeighbours;
+    const Vector2 slope = share * slopes[at(i)];
     // Towards the camera that took the photo, thus of negative z.
-    const Vector3 n = Vector3(smooth[0], smooth[1], -1) / std::sqrt(1 + smooth.squaredNorm());
+    const Vector3 n = Vector3(slope[0], slope[1], -1) / std::sqrt(1 + slope.squaredNorm());
     model.normals.x[at(i)] = static_cast<float>(n[0]);
     model.normals.y[at(i)] = static_cast<float>(n[1]);
     model.normals.z[at(i)] = static_cast<float>(n[2]);
@@ -52,7 +58,7 @@ void Relief::set_depths(const Points& z_mm, double share, PhotoModel& model) con
 }
 
 void Relief::inflate_model(double share, PhotoModel& model) const {
-  set_depths(inflated_mm_, share, model);
+  set_depths(inflated_mm_, inflated_slopes_, share, model);
 }
 
 }  // namespace vergence

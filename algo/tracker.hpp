@@ -139,6 +139,13 @@ class Tracker {
     kSettle,  // of more points
     kJudge,   // of many points at half resolution
   };
+  // That a photo-model is searched for in, as long as it may be a solid's.
+  static constexpr unsigned kShapes = 2;
+  // A pose, and how much the model is inflated there.
+  struct Shaped {
+    Pose pose;
+    double inflation = 0;
+  };
 
   [[nodiscard]] Status configure_common(const StereoRig& rig, const TrackerSettings& settings);
   [[nodiscard]] std::int64_t score(const Transform& T_H_M, Measure measure) const;
@@ -149,13 +156,14 @@ class Tracker {
   [[nodiscard]] bool is_confirmed(const Transform& T_H_M) const;
   void start_search();
   void start_rescue();
-  void clear_archive();
+  void clear_archives();
   void scout();
   void evolve_search();
   [[nodiscard]] Chromosome draw_place();
   [[nodiscard]] Chromosome turned(const Chromosome& place);
   void settle();
-  void merge_archive();
+  void merge_archives();
+  void merge_archive(const Population& archive, const Population& running);
   void polish_archive();
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
@@ -164,6 +172,7 @@ class Tracker {
   [[nodiscard]] Transform refine_best_photo();
   [[nodiscard]] bool may_be_solid() const;
   void inflate(double share);
+  void search_in_shape(unsigned shape);
   [[nodiscard]] double search_inflation() const;
   [[nodiscard]] Transform best_beside(const Transform& T_H_M);
   [[nodiscard]] Transform best_inflation(const Transform& T_H_M);
@@ -232,7 +241,9 @@ class Tracker {
   Transform T_H_M_last_;  // the last estimate
   SearchBox box_;         // that the chromosomes of population and archive are written in
   Population population_;
-  Population archive_;  // the best of each epoch of a search
+  std::array<Population, kShapes> archive_;  // the best of each epoch of a search, for each shape
+  unsigned shape_ = 0;                       // of the running epoch
+  Shaped lesser_;                            // the best of the archive that is not settled
   bool population_ready_ = false;
   int epoch_generation_ = 0;
   int epochs_ = 0;        // ended since the search began

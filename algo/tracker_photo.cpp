@@ -68,10 +68,15 @@ bool alike(const Transform& a, const Transform& b) {
 }  // namespace
 
 // A few steps of alignment bring those that got near the truth nearer than evolution at that resolution can.
+// Of the archives of two shapes, the better half of each.
 void Tracker::polish_archive() {
   RefinePass pass = kArchivePass;
   pass.level = search_model_.level;
-  for (Individual& individual : population_.individual) {
+  const bool all = !may_be_solid();
+  if (!all)
+    evaluate_population(population_, [this](const Chromosome& c) { return score(c, Measure::kSettle); });
+  for (unsigned i = 0; i < (all ? kPopulation : kPopulation / kShapes); ++i) {
+    Individual& individual = population_.individual[i];
     const Transform T = to_transform(decode(individual.chromosome, box_, settings_.ga.coding));
     Transform polished = T;
     refine_photo_pose(photo_, rig_, colour_left_, colour_right_, pass, workspace_, polished);
@@ -216,20 +221,26 @@ Transform Tracker::refine_best_photo() {
       consider(guess);
     }
   } else {
-    // The fittest and the fittest of those elsewhere, each with its mirror image; what lies beside the best
-    // of these; and where it was followed to.
-    Pose other = best;
+    // The fittest and the fittest of those elsewhere, or in the other shape, each with its mirror image; what
+    // lies beside the best of these; and where it was followed to.
+    Shaped other{best, inflation_};
     for (int i = kPopulation - 1; i > 0; --i) {
       const Pose pose = decode(population_.individual[at(i)].chromosome, box_, coding);
-      if (distinct(pose, best)) other = pose;
+      if (distinct(pose, best)) other.pose = pose;
     }
-    for (const Pose& pose : {best, other}) {
-      Transform guess = to_transform(pose);
+    if (may_be_solid()) other = lesser_;
+    double best_inflation_so_far = inflation_;
+    for (const Shaped& start : {Shaped{best, inflation_}, other}) {
+      inflate(start.inflation);
+      Transform guess = to_transform(start.pose);
       Transform mirrored = mirrored_tilt(guess);
       refine(kCoarsePass, guess);
       refine(kCoarsePass, mirrored);
+      const std::int64_t score_before = best_score;
       consider(cost(kMiddlePass, mirrored) < cost(kMiddlePass, guess) ? mirrored : guess);
+      if (best_score > score_before) best_inflation_so_far = inflation_;
     }
+    inflate(best_inflation_so_far);
     T_H_M = best_inflation(best_beside(T_H_M));
     if (rescuing_) T_H_M = found_or_followed(T_H_M);
   }

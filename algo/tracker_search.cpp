@@ -1,4 +1,6 @@
 // Evolution: the epochs of a search, the archive of their best, following, scouts and rescue.
+#include <array>
+
 #include "algo/tracker_parts.hpp"
 
 namespace vergence {
@@ -40,10 +42,11 @@ constexpr double kGone = 0.75;
 // search: what was found first may be something like it, and would be followed.
 constexpr int kDoubtfulFrames = 2;
 constexpr int kDoubtfulGenerations = kPhotoSearchGenerations / 4 * 3;
-// A photo-model without a relief is searched for inflated, in one frame so much, in the next so much: it may
-// be flat, as round as a ball, or rounder.
-constexpr double kSearchInflation = 0.5;
-constexpr double kOtherInflation = 2;
+// A photo-model without a relief is searched for inflated, some epochs to the one, some to the other: it may
+// be flat, or rounder than its silhouette says. The other is one in one frame and one in the next.
+constexpr double kLittleInflation = 0.5;
+constexpr std::array<double, 2> kMuchInflation{1.5, 2};
+constexpr int kEpochsAShape = 4;
 // A scout population searches the whole box while a target is followed, some generations a frame.
 constexpr int kScoutGenerations = 20;
 
@@ -72,11 +75,16 @@ Tracker::Measure Tracker::settle_measure() const {
 }
 
 double Tracker::search_inflation() const {
-  return searches_ % 2 == 0 ? kSearchInflation : kOtherInflation;
+  return shape_ == 0 ? kLittleInflation : kMuchInflation[at(searches_ % 2)];
+}
+
+void Tracker::search_in_shape(unsigned shape) {
+  shape_ = may_be_solid() ? shape : 0;
+  inflate(search_inflation());
 }
 
 void Tracker::start_first_generation() {
-  inflate(search_inflation());
+  search_in_shape(shape_);
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (!population_ready_) {
     found_population(population_, is_thesis() ? 1 : plan_for(kind_).founders, random_, score_search);
@@ -115,15 +123,17 @@ bool Tracker::is_doubtful() const {
 }
 
 void Tracker::start_search() {
-  inflate(search_inflation());
+  search_in_shape(0);
   box_ = settings_.box;
-  clear_archive();
+  clear_archives();
   population_ready_ = false;
 }
 
-void Tracker::clear_archive() {
-  archive_ = Population{};
-  for (Individual& individual : archive_.individual) individual.score = INT64_MIN;
+void Tracker::clear_archives() {
+  for (Population& archive : archive_) {
+    archive = Population{};
+    for (Individual& individual : archive.individual) individual.score = INT64_MIN;
+  }
   epoch_generation_ = 0;
   epochs_ = 0;
 }
@@ -162,7 +172,7 @@ void Tracker::scout() {
   const auto scouted = static_cast<double>(scouts_.individual[0].score);
   if (distinct(found, followed) && clearly_fitter(scouted, mark)) {
     start_rescue();
-    archive_.individual[0] = {encode(found, box_, settings_.ga.coding), scouts_.individual[0].score};
+    archive_[0].individual[0] = {encode(found, box_, settings_.ga.coding), scouts_.individual[0].score};
   }
 }
 
@@ -172,7 +182,9 @@ void Tracker::evolve_search() {
     keep_in_archive(population_.individual[0]);
     ++epochs_;
     epoch_generation_ = 0;
-    if (epochs_ < plan_for(kind_).epochs_anywhere || epochs_ % kAnywhereEvery == 0) {
+    search_in_shape(at(epochs_ / kEpochsAShape) % kShapes);
+    const bool nowhere = archive_[shape_].individual[0].score == INT64_MIN;
+    if (nowhere || epochs_ < plan_for(kind_).epochs_anywhere || epochs_ % kAnywhereEvery == 0) {
       found_population(population_, plan_for(kind_).founders, random_, score_search);
     } else {
       const Chromosome place = draw_place();
@@ -186,9 +198,10 @@ void Tracker::evolve_search() {
 
 // A member of the archive, which fills from its front.
 Chromosome Tracker::draw_place() {
+  const Population& archive = archive_[shape_];
   std::uint32_t members = 0;
-  for (const Individual& member : archive_.individual) members += member.score > INT64_MIN ? 1 : 0;
-  return archive_.individual[random_.below(members)].chromosome;
+  for (const Individual& member : archive.individual) members += member.score > INT64_MIN ? 1 : 0;
+  return archive.individual[random_.below(members)].chromosome;
 }
 
 // About the place of another chromosome, turned anyhow.
@@ -205,32 +218,51 @@ Chromosome Tracker::turned(const Chromosome& place) {
 // Each place has one member of the archive, the best that was found there.
 void Tracker::keep_in_archive(const Individual& individual) {
   const Pose pose = decode(individual.chromosome, box_, settings_.ga.coding);
+  Population& archive = archive_[shape_];
   unsigned replaced = 0;
   for (unsigned i = 0; i < kPopulation; ++i) {
-    const Individual& member = archive_.individual[i];
+    const Individual& member = archive.individual[i];
     if (member.score > INT64_MIN && !distinct(decode(member.chromosome, box_, settings_.ga.coding), pose)) {
       replaced = i;
       break;
     }
-    if (member.score < archive_.individual[replaced].score) replaced = i;
+    if (member.score < archive.individual[replaced].score) replaced = i;
   }
-  if (individual.score > archive_.individual[replaced].score) archive_.individual[replaced] = individual;
+  if (individual.score > archive.individual[replaced].score) archive.individual[replaced] = individual;
 }
 
 void Tracker::settle() {
-  if (!is_thesis() && !following_ && !settling_) merge_archive();
+  if (!is_thesis() && !following_ && !settling_) merge_archives();
   settling_ = true;
 }
 
-void Tracker::merge_archive() {
+// The shape that fits better is settled; the best in the other is kept as a guess.
+void Tracker::merge_archives() {
+  const Population running = population_;
+  const unsigned shape = shape_;
+  merge_archive(archive_[shape], running);
+  if (!may_be_solid()) return;
+  const Population settling = population_;
+  const double inflation = inflation_;
+  search_in_shape(kShapes - 1 - shape);
+  merge_archive(archive_[shape_], running);
+  const bool other_fits = population_.individual[0].score > settling.individual[0].score;
+  const Individual& lesser = (other_fits ? settling : population_).individual[0];
+  lesser_ = {decode(lesser.chromosome, box_, settings_.ga.coding), other_fits ? inflation : inflation_};
+  if (other_fits) return;
+  population_ = settling;
+  search_in_shape(shape);
+}
+
+// The population becomes the archive, each member polished.
+void Tracker::merge_archive(const Population& archive, const Population& running) {
   // The running epoch's best stand in for the epochs that have not ended yet.
-  Population merged = archive_;
+  population_ = archive;
   int next = 0;
-  for (Individual& individual : merged.individual) {
-    if (individual.score == INT64_MIN) individual = population_.individual[at(next++)];
+  for (Individual& individual : population_.individual) {
+    if (individual.score == INT64_MIN) individual = running.individual[at(next++)];
   }
-  merged.individual[kPopulation - 1] = population_.individual[0];
-  population_ = merged;
+  population_.individual[kPopulation - 1] = running.individual[0];
   if (search_measure() == Measure::kSearch) polish_archive();
   evaluate_population(population_, [this](const Chromosome& c) { return score(c, settle_measure()); });
 }

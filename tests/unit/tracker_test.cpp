@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <vector>
 
 #include "tests/support/small_world.hpp"
 
@@ -81,7 +82,7 @@ double depth_mm(const Tracker& tracker) {
   return -static_cast<double>(*std::min_element(z_mm.begin(), z_mm.end()));
 }
 
-// A solid may be rounder than the first search takes it for.
+// A solid may be rounder than its silhouette says: every search looks for it in two shapes.
 TEST(Tracker, SearchesForASolidInTwoShapesByTurns) {
   World world(TargetKind::kPhoto);
   world.oval = true;
@@ -89,20 +90,32 @@ TEST(Tracker, SearchesForASolidInTwoShapesByTurns) {
   Bench bench(world);
   const auto left = bench.world().look(bench.world().rig.left, {});
   const auto right = bench.world().look(bench.world().rig.right, {});
-  std::array<double, 4> depths_mm{};
+  std::array<std::vector<double>, 3> depths_mm;  // one after the other, of each frame
   for (std::size_t frame = 0; frame < depths_mm.size(); ++frame) {
     FrameMotion motion;
     motion.t_s = static_cast<double>(frame) / 30;
     motion.T_H_CL = bench.world().rig.left.T_H_C;
     motion.T_H_CR = bench.world().rig.right.T_H_C;
     ASSERT_EQ(bench.tracker().begin_frame(frame, left.view(), right.view(), motion), Status::kOk);
-    depths_mm[frame] = depth_mm(bench.tracker());
+    for (int g = 0; g < 600; ++g) {
+      const double depth = depth_mm(bench.tracker());
+      if (depths_mm[frame].empty() || std::abs(depth - depths_mm[frame].back()) > 0.01) {
+        depths_mm[frame].push_back(depth);
+      }
+      bench.tracker().evolve(g / 600.0);
+    }
     EXPECT_NE(bench.tracker().end_frame().state, TrackState::kTracking);
   }
-  EXPECT_GT(depths_mm[0], 3);
-  EXPECT_NEAR(depths_mm[1], 4 * depths_mm[0], 0.01);
-  EXPECT_EQ(depths_mm[2], depths_mm[0]);
-  EXPECT_EQ(depths_mm[3], depths_mm[1]);
+  const double little_mm = depths_mm[0][0];
+  EXPECT_GT(little_mm, 3);
+  for (std::size_t frame = 0; frame < depths_mm.size(); ++frame) {
+    const double much_mm = (frame % 2 == 0 ? 3 : 4) * little_mm;
+    ASSERT_GE(depths_mm[frame].size(), 4U) << frame;
+    for (std::size_t turn = 0; turn < depths_mm[frame].size(); ++turn) {
+      const bool is_little = std::abs(depths_mm[frame][turn] - little_mm) < 0.01;
+      EXPECT_TRUE(is_little || std::abs(depths_mm[frame][turn] - much_mm) < 0.01) << frame << ' ' << turn;
+    }
+  }
 }
 
 // A second search that finds nothing better leaves the shape alone in which the target was found.
