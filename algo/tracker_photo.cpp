@@ -73,8 +73,9 @@ void Tracker::polish_archive() {
   RefinePass pass = kArchivePass;
   pass.level = search_model_.level;
   const bool all = !may_be_solid();
-  if (!all)
+  if (!all) {
     evaluate_population(population_, [this](const Chromosome& c) { return score(c, Measure::kSettle); });
+  }
   for (unsigned i = 0; i < (all ? kPopulation : kPopulation / kShapes); ++i) {
     Individual& individual = population_.individual[i];
     const Transform T = to_transform(decode(individual.chromosome, box_, settings_.ga.coding));
