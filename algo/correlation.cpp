@@ -20,43 +20,44 @@ HWY_BEFORE_NAMESPACE();
 namespace vergence::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Gives points that face away from the camera the index of what is beside the image, and returns how many are
-// left. Single precision, no fused multiply-add: the same on every processor.
-int leave_out_hidden(const SurfaceNormals& normals, const Transform& T_C_M, int points, std::int32_t outside,
-                     std::int32_t* HWY_RESTRICT index) {
-  constexpr double kFacing = 0.1;  // cosine: normals are not exact, and what is seen edge on tells little
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const Vector3 eye_mm = -(T_C_M.R.transpose() * T_C_M.t_mm);
-  const auto set = [&](double value) { return hn::Set(d, static_cast<float>(value)); };
-  const auto x = set(eye_mm[0]);
-  const auto y = set(eye_mm[1]);
-  const auto z = set(eye_mm[2]);
-  const auto least_mm = set(kFacing * std::sqrt(eye_mm.squaredNorm()));
-  auto facing = hn::Zero(di);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  for (int i = 0; i < points; i += lanes) {
-    const auto towards = hn::Add(
-        hn::Add(hn::Mul(x, hn::Load(d, normals.x.data() + i)), hn::Mul(y, hn::Load(d, normals.y.data() + i))),
-        hn::Mul(z, hn::Load(d, normals.z.data() + i)));
-    const auto distance_mm = hn::Sub(towards, hn::Load(d, normals.reach_mm.data() + i));
-    const auto faces = hn::RebindMask(di, hn::Gt(distance_mm, least_mm));
-    hn::Store(hn::IfThenElse(faces, hn::Load(di, index + i), hn::Set(di, outside)), di, index + i);
-    facing = hn::Sub(facing, hn::VecFromMask(di, faces));  // minus one where it does
+// Which points face the camera. Single precision, no fused multiply-add: the same on every processor.
+class FacingPoints {
+ public:
+  FacingPoints(const SurfaceNormals& normals, const Transform& T_C_M) : normals_(normals) {
+    constexpr double kFacing = 0.1;  // cosine: normals are not exact, and what is seen edge on tells little
+    const Vector3 eye_mm = -(T_C_M.R.transpose() * T_C_M.t_mm);
+    for (int k = 0; k < 3; ++k) eye_mm_[k] = static_cast<float>(eye_mm[k]);
+    least_mm_ = static_cast<float>(kFacing * std::sqrt(eye_mm.squaredNorm()));
   }
-  return hn::GetLane(hn::SumOfLanes(di, facing));
-}
+
+  template <class D>
+  HWY_INLINE hn::Mask<D> operator()(D d, int i) const {
+    const auto part = [&](int k, const float* normal) {
+      return hn::Mul(hn::Set(d, eye_mm_[k]), hn::Load(d, normal + i));
+    };
+    const auto towards =
+        hn::Add(hn::Add(part(0, normals_.x.data()), part(1, normals_.y.data())), part(2, normals_.z.data()));
+    const auto distance_mm = hn::Sub(towards, hn::Load(d, normals_.reach_mm.data() + i));
+    return hn::Gt(distance_mm, hn::Set(d, least_mm_));
+  }
+
+ private:
+  const SurfaceNormals& normals_;
+  float eye_mm_[3];
+  float least_mm_;
+};
 
 void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,
                       const ColourLevel& image, const Transform& T_C_M, CorrelationSums& sums) {
   alignas(64) std::int32_t index[kMaxPhotoPoints + 16];
   alignas(64) ColourPixel pixel[kMaxPhotoPoints + 16];
-  point_indices(camera, {image.width_px, image.height_px}, T_C_M, photo.x_mm.data(), photo.y_mm.data(),
-                photo.z_mm.data(), model.points, index);
-  const int facing = model.hidden == HiddenPoints::kLeftOut
-                         ? leave_out_hidden(photo.normals, T_C_M, model.points,
-                                            PixelGrid{image.width_px, image.height_px}.outside(), index)
-                         : model.points;
+  const PixelGrid grid{image.width_px, image.height_px};
+  const auto project = [&](const auto& counts) {
+    return point_indices(camera, grid, T_C_M, photo.x_mm.data(), photo.y_mm.data(), photo.z_mm.data(),
+                         model.points, counts, index);
+  };
+  const int facing = model.hidden == HiddenPoints::kLeftOut ? project(FacingPoints(photo.normals, T_C_M))
+                                                            : project(EveryPoint{});
   for (int i = 0; i < model.points; ++i) pixel[i] = image.pixel[index[i]];
 
   const hn::ScalableTag<std::int32_t> d32;
@@ -71,7 +72,7 @@ void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, co
   const auto one_low = hn::BitCast(d16, hn::Set(du32, 0x00000001U));
   const auto one_high = hn::BitCast(d16, hn::Set(du32, 0x00010000U));
 
-  const auto outside = hn::Set(d32, PixelGrid{image.width_px, image.height_px}.outside());
+  const auto outside = hn::Set(d32, grid.outside());
   auto squares = hn::Zero(d32);
   auto products = hn::Zero(d32);
   auto seen = hn::Zero(d32);

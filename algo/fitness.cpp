@@ -108,7 +108,7 @@ std::int32_t photo_votes(const PhotoModel& model, const CameraModel& camera, con
   alignas(64) std::uint8_t code[kMaxPhotoPoints + 64];
   const int points = model.points();
   point_indices(camera, {plane.width_px, plane.height_px}, T_C_M, model.x_mm.data(), model.y_mm.data(),
-                model.z_mm.data(), points, index);
+                model.z_mm.data(), points, EveryPoint{}, index);
   read_codes(plane.code.data(), index, points, code);
 
   const PhotoVotes& votes = model.votes;

@@ -70,13 +70,22 @@ HWY_INLINE void distort(D d, const CameraModel& camera, V& x, V& y) {
   y = yd;
 }
 
-// Pixel indices of `count` points (x, y, z) of the target frame, posed by T_C_M. `index` is written in whole
-// vectors; x, y, z are read so.
-template <bool kDistorted>
-HWY_INLINE void point_indices_as(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
-                                 const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
-                                 const float* HWY_RESTRICT z_mm, int count,
-                                 std::int32_t* HWY_RESTRICT index) {
+// Takes no point for hidden.
+struct EveryPoint {
+  template <class D>
+  HWY_INLINE hn::Mask<D> operator()(D d, int) const {
+    return hn::Eq(hn::Zero(d), hn::Zero(d));
+  }
+};
+
+// Pixel indices of `count` points (x, y, z) of the target frame, posed by T_C_M, and how many of them
+// `counts(d, i)` says yes to, a vector at a time; the others get the index of what is beside the image.
+// `index` is written in whole vectors; x, y, z are read so.
+template <bool kDistorted, class Counts>
+HWY_INLINE int point_indices_as(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
+                                const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
+                                const float* HWY_RESTRICT z_mm, int count, const Counts& counts,
+                                std::int32_t* HWY_RESTRICT index) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   // Without distortion the intrinsics fold into the matrix: [fx 0 cx; 0 fy cy; 0 0 1] [R t].
@@ -92,13 +101,16 @@ HWY_INLINE void point_indices_as(const CameraModel& camera, PixelGrid grid, cons
     const auto xy = hn::Add(hn::Mul(hn::Set(d, P[r][0]), x), hn::Mul(hn::Set(d, P[r][1]), y));
     return hn::Add(xy, hn::Add(hn::Mul(hn::Set(d, P[r][2]), z), hn::Set(d, P[r][3])));
   };
+  auto counted = hn::Zero(di);
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int i = 0; i < count; i += lanes) {
     const auto x = hn::Load(d, x_mm + i);
     const auto y = hn::Load(d, y_mm + i);
     const auto z = hn::Load(d, z_mm + i);
     const auto depth = row(2, x, y, z);
-    const auto visible = hn::Ge(depth, hn::Set(d, static_cast<float>(kMinDepth_mm)));
+    const auto counts_here = counts(d, i);
+    counted = hn::Sub(counted, hn::VecFromMask(di, hn::RebindMask(di, counts_here)));  // minus one if so
+    const auto visible = hn::And(counts_here, hn::Ge(depth, hn::Set(d, static_cast<float>(kMinDepth_mm))));
     const auto inverse = hn::Div(hn::Set(d, 1.0F), depth);
     auto u = hn::Mul(row(0, x, y, z), inverse);
     auto v = hn::Mul(row(1, x, y, z), inverse);
@@ -111,16 +123,17 @@ HWY_INLINE void point_indices_as(const CameraModel& camera, PixelGrid grid, cons
     }
     hn::Store(pixel_index(d, u, v, visible, grid), di, index + i);
   }
+  return hn::GetLane(hn::SumOfLanes(di, counted));
 }
 
-HWY_INLINE void point_indices(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
-                              const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
-                              const float* HWY_RESTRICT z_mm, int count, std::int32_t* HWY_RESTRICT index) {
-  if (camera.has_distortion()) {
-    point_indices_as<true>(camera, grid, T_C_M, x_mm, y_mm, z_mm, count, index);
-  } else {
-    point_indices_as<false>(camera, grid, T_C_M, x_mm, y_mm, z_mm, count, index);
-  }
+template <class Counts>
+HWY_INLINE int point_indices(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
+                             const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
+                             const float* HWY_RESTRICT z_mm, int count, const Counts& counts,
+                             std::int32_t* HWY_RESTRICT index) {
+  return camera.has_distortion()
+             ? point_indices_as<true>(camera, grid, T_C_M, x_mm, y_mm, z_mm, count, counts, index)
+             : point_indices_as<false>(camera, grid, T_C_M, x_mm, y_mm, z_mm, count, counts, index);
 }
 
 // Pixel indices of a disc's samples: the centre is projected once, and a sample at (px, py) of the pattern

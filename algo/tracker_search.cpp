@@ -43,7 +43,8 @@ constexpr double kGone = 0.75;
 constexpr int kDoubtfulFrames = 2;
 constexpr int kDoubtfulGenerations = kPhotoSearchGenerations / 4 * 3;
 // A photo-model without a relief is searched for inflated, some epochs to the one, some to the other: it may
-// be flat, or rounder than its silhouette says. The other is one in one frame and one in the next.
+// be flat, or rounder than its silhouette says. The other is one in one frame and one in the next; of so
+// round a shape much is hidden as soon as it is turned, and is left out.
 constexpr double kLittleInflation = 0.5;
 constexpr std::array<double, 2> kMuchInflation{1.5, 2};
 constexpr int kEpochsAShape = 4;
@@ -80,6 +81,7 @@ double Tracker::search_inflation() const {
 
 void Tracker::search_in_shape(unsigned shape) {
   shape_ = may_be_solid() ? shape : 0;
+  search_model_.hidden = shape_ == 0 ? HiddenPoints::kTakenAlong : HiddenPoints::kLeftOut;
   inflate(search_inflation());
 }
 
@@ -232,7 +234,10 @@ void Tracker::keep_in_archive(const Individual& individual) {
 }
 
 void Tracker::settle() {
-  if (!is_thesis() && !following_ && !settling_) merge_archives();
+  if (!is_thesis() && !following_ && !settling_) {
+    merge_archives();
+    search_model_.hidden = HiddenPoints::kTakenAlong;  // as scouts look for it
+  }
   settling_ = true;
 }
 
