@@ -233,7 +233,7 @@ Estimate Tracker::end_frame() {
   estimate.generations = generations_;
   estimate.evaluations = evaluations_;
   if (!is_thesis() && settings_.last_stage != Stage::kEvolved) {
-    estimate.covariance = kind_ == TargetKind::kMarker ? marker_covariance() : photo_covariance();
+    estimate.covariance = kind_ == TargetKind::kMarker ? marker_covariance() : photo_covariance(T_H_M);
   }
   T_H_M_last_ = T_H_M;
   searches_ = following_ ? 0 : searches_ + 1;

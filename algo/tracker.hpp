@@ -76,8 +76,8 @@ struct FrameMotion {
 
 struct Estimate {
   Pose pose;  // T_H_M: the target in the hand frame
-  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement; zero where the pose was not
-  // refined.
+  // Of [x y z e1 e2 e3], mm and 1, from the normal equations of refinement and, for a photo-model, what is
+  // not known of its shape; zero where the pose was not refined.
   Matrix6 covariance = Matrix6::Zero();
   double fitness = 0;     // Eq. 3.22 or 5.19 at that pose
   double confidence = 0;  // in [0, 1]
@@ -183,7 +183,7 @@ class Tracker {
   [[nodiscard]] PhotoEvidence photo_evidence_of(const Transform& T_H_M) const;
   [[nodiscard]] double marker_confidence_of(const Transform& T_H_M) const;
   [[nodiscard]] Matrix6 marker_covariance() const;
-  [[nodiscard]] Matrix6 photo_covariance() const;
+  [[nodiscard]] Matrix6 photo_covariance(const Transform& T_H_M) const;
   void start_first_generation();
   [[nodiscard]] bool has_looked_everywhere() const;
   [[nodiscard]] MarkerSight marker_sight(bool of_left) const;

@@ -1,6 +1,8 @@
 // The photo-model within the tracker: its measures, refinement, relief and how sure it is.
 #include <limits>
 
+#include "algo/pose_covariance.hpp"
+#include "algo/shape_uncertainty.hpp"
 #include "algo/tracker_parts.hpp"
 
 namespace vergence {
@@ -295,32 +297,12 @@ void Tracker::assess_photo(const Transform& T_H_M) {
   likeness_right_ = photo_likeness(photo_, whole, workspace_.right, workspace_.photo.data());
 }
 
-// What alignment says, and, as long as the model is flat, what a solid's depth may have done to it: the worse
-// left and right fit each other on the plane, the less flat the target. A young relief is not exact yet
-// either.
-Matrix6 Tracker::photo_covariance() const {
-  constexpr double kSolidMisfit =
-      0.5;  // of left with right, on the flat model of a solid of some centimetres
-  constexpr double kSolid_mm[3] = {1, 1.5, 4};
-  constexpr double kSolid_e = 0.03;
-  constexpr double kYoung_mm[3] = {0.3, 0.2, 1.2};  // what a relief of one frame leaves
-  constexpr double kYoung_e = 0.03;
-  Matrix6 covariance = photo_alignment_.covariance;
-  if (relief_.state() == ReliefState::kAdopted) {
-    if (!relief_.is_young()) return covariance;
-    for (int k = 0; k < 6; ++k) {
-      const double deviation = k < 3 ? kYoung_mm[k] : kYoung_e;
-      covariance(k, k) += deviation * deviation;
-    }
-    return covariance;
-  }
-  const double misfit = photo_alignment_.pairing_cost[2] / kSolidMisfit;
-  const double share = misfit * misfit * misfit * misfit;
-  for (int k = 0; k < 6; ++k) {
-    const double deviation = k < 3 ? kSolid_mm[k] : kSolid_e;
-    covariance(k, k) += share * deviation * deviation;
-  }
-  return covariance;
+Matrix6 Tracker::photo_covariance(const Transform& T_H_M) const {
+  const ShapeKnowledge knowledge = relief_.state() != ReliefState::kAdopted ? ShapeKnowledge::kNone
+                                   : relief_.is_young()                     ? ShapeKnowledge::kYoungRelief
+                                                                            : ShapeKnowledge::kRelief;
+  return photo_alignment_.covariance +
+         pose_covariance(shape_deviation(knowledge, photo_alignment_.pairing_cost[2]), T_H_M);
 }
 
 double Tracker::photo_confidence_of(const Transform& T_H_M) const {

@@ -171,6 +171,7 @@ TEST(ConsistencyTest, IsOneWhereErrorsAreAsLargeAsStated) {
     EXPECT_NEAR(c.within_two[axis], 0.954, 0.02) << axis;
   }
   EXPECT_NEAR(c.ratio[2], 4, 0.4) << "stated at half of what it is";
+  EXPECT_NEAR(c.share_within_two(), (5 * 0.954 + 0.683) / 6, 0.02);
 }
 
 TEST(Cases, HaveNamesOfTheirOwnAndScenesThatExist) {

@@ -83,6 +83,23 @@ TEST(Relief, IsUsedFromTheFrameTheTargetIsFoundInAndGoodSoonAfter) {
   }
 }
 
+// What is stated of a pose holds at each step of learning, and shrinks with it.
+TEST(Relief, LeavesThePoseAsOpenAsItsErrorsAre) {
+  for (const double bowl_mm : {-14.0, 14.0}) {
+    Bench bench(world_with(bowl_mm));
+    const auto estimates = watch(bench);
+    const auto deviation_mm = [](const Estimate& estimate) {
+      return std::sqrt(estimate.covariance.diagonal().head<3>().sum());
+    };
+    for (const Estimate& estimate : estimates) EXPECT_LT(error_mm(estimate), 3 * deviation_mm(estimate));
+    EXPECT_LT(deviation_mm(estimates.back()), 0.5 * deviation_mm(estimates.front())) << bowl_mm;
+    EXPECT_LT(deviation_mm(estimates.back()), 1.0) << bowl_mm;
+  }
+  // A card that lies flat is not taken for anything else.
+  Bench card(world_with(0));
+  EXPECT_LT(std::sqrt(watch(card, 3).back().covariance(2, 2)), 0.5);
+}
+
 TEST(Relief, IsUnlearnedWithAllElse) {
   Bench bench(world_with(14));
   (void)watch(bench, 3);

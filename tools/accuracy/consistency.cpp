@@ -25,4 +25,10 @@ Consistency consistency(const std::vector<const Observation*>& seen) {
   return result;
 }
 
+double Consistency::share_within_two() const {
+  double sum = 0;
+  for (const double share : within_two) sum += share;
+  return sum / static_cast<double>(within_two.size());
+}
+
 }  // namespace vergence::accuracy

@@ -130,12 +130,8 @@ void write_consistency(std::ostream& out, const std::vector<ConsistencyRow>& row
          "|\n|---|---|---|---|---|---|---|---|---|\n";
   for (const ConsistencyRow& row : rows) {
     out << "| " << row.name << " | " << row.consistency.frames << " |";
-    double within = 0;
-    for (unsigned i = 0; i < 6; ++i) {
-      out << format(" %.2f |", row.consistency.ratio[i]);
-      within += row.consistency.within_two[i] / 6;
-    }
-    out << format(" %.1f |\n", 100 * within);
+    for (const double ratio : row.consistency.ratio) out << format(" %.2f |", ratio);
+    out << format(" %.1f |\n", 100 * row.consistency.share_within_two());
   }
   out << "\n";
 }
