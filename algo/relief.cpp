@@ -447,9 +447,13 @@ ReliefAdvice Relief::observe(const StereoRig& rig, const ColourPyramid& left, co
   return adopt ? ReliefAdvice::kAdopt : ReliefAdvice::kKeep;
 }
 
-void Relief::give_back(PhotoModel& model) {
+void Relief::lay_aside(PhotoModel& model) const {
   inflate_model(0, model);
   for (int i = 0; i < points_; ++i) model.weight[at(i)] = flat_weight_[at(i)];
+}
+
+void Relief::give_back(PhotoModel& model) {
+  lay_aside(model);
   drop();
 }
 

@@ -70,6 +70,8 @@ class Relief {
   // Gives `model` what was learned, relief and weights; T_H_M becomes the pose on it.
   void adopt(PhotoModel& model, Transform& T_H_M);
 
+  // Makes `model` what it was before there was a relief, flat, and forgets nothing.
+  void lay_aside(PhotoModel& model) const;
   // Forgets what was learned but not adopted: it was of something else.
   void drop();
   // Forgets what was adopted as well, and makes `model` flat again.

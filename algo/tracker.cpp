@@ -49,6 +49,7 @@ Status Tracker::configure(const StereoRig& rig, const MarkerModel& model, const 
 Status Tracker::configure(const StereoRig& rig, const PhotoModel& model, const TrackerSettings& settings) {
   if (model.inner < 16) return Status::kBadModel;
   kind_ = TargetKind::kPhoto;
+  relief_aside_ = false;
   photo_ = model;
   std::copy_n(model.hue.begin(), kMaxPhotoPoints, photo_hue_.begin());
   photo_background_hue_ = model.background_hue;
@@ -75,6 +76,7 @@ Status Tracker::configure_common(const StereoRig& rig, const TrackerSettings& se
 }
 
 void Tracker::forget() {
+  take_relief_up();
   light_.forget();
   expect_light();
   predictor_.forget();
@@ -88,6 +90,7 @@ void Tracker::forget() {
 }
 
 void Tracker::unlearn() {
+  take_relief_up();
   if (kind_ == TargetKind::kPhoto) relief_.give_back(photo_);
   forget();
 }
@@ -138,6 +141,7 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
     if (const Status status = make_raw_colour(right, colour_right_); status != Status::kOk) return status;
     yuv_ = left.format != PixelFormat::kRgb24;
   }
+  take_relief_up();  // where the frame before was not ended
   random_ = CounterRandom(settings_.seed, frame);
   motion_ = motion;
   rig_.left.T_H_C = motion.T_H_CL;
@@ -181,6 +185,7 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
       }
     }
   } else {
+    if (searches_ % 2 == 1) lay_relief_aside();
     start_first_generation();
   }
   population_ready_ = true;
@@ -224,6 +229,7 @@ Estimate Tracker::end_frame() {
   settle();  // where the budget ended before it came to that
   const bool found_anew = !following_;
   Transform T_H_M = refine_best();
+  if (relief_aside_) T_H_M = with_or_without_relief(T_H_M);
   if (kind_ == TargetKind::kPhoto && !is_thesis()) assess_photo(T_H_M);
   learn_relief(T_H_M);
   Estimate estimate;

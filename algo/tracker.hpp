@@ -171,6 +171,9 @@ class Tracker {
   void assess_photo(const Transform& T_H_M);
   [[nodiscard]] Transform refine_best_photo();
   [[nodiscard]] bool may_be_solid() const;
+  void lay_relief_aside();
+  void take_relief_up();
+  [[nodiscard]] Transform with_or_without_relief(const Transform& T_H_M);
   void inflate(double share);
   void search_in_shape(unsigned shape);
   [[nodiscard]] double search_inflation() const;
@@ -257,8 +260,10 @@ class Tracker {
   LightFollower light_;
   RefineWorkspace workspace_;
 
-  MarkerFit marker_fit_;  // of this frame
-  Relief relief_;         // of the photo-model; survives forget()
+  MarkerFit marker_fit_;       // of this frame
+  Relief relief_;              // of the photo-model; survives forget()
+  bool relief_aside_ = false;  // this frame searches as if nothing had been learned
+  PhotoModel with_relief_;     // the photo-model, as long as it is
 };
 
 }  // namespace vergence

@@ -10,6 +10,9 @@ namespace vergence {
 inline constexpr double kFound = 0.5;  // confidence from which a target counts as found
 inline constexpr int kTrackGenerations = 60;
 
+// The first passes of a photo-model's refinement.
+inline constexpr RefinePass kCoarsePass{2, 200, 8};
+
 // Confidence as the share of the way from what chance reaches to what a sure match reaches.
 struct Certainty {
   double chance;

@@ -1,4 +1,4 @@
-// The photo-model within the tracker: its measures, refinement, relief and how sure it is.
+// The photo-model within the tracker: its measures, refinement and how sure it is.
 #include <limits>
 
 #include "algo/pose_covariance.hpp"
@@ -17,7 +17,6 @@ constexpr int kJudgePoints = 640;
 constexpr double kSearchSize_px = 12;
 constexpr int kCoarsestLevel = 3;
 constexpr RefinePass kArchivePass{3, 100, 6};
-constexpr RefinePass kCoarsePass{2, 200, 8};
 constexpr RefinePass kMiddlePass{1, 400, 6};
 constexpr RefinePass kFinePass{0, 1000, 6};
 constexpr RefinePass kBesidePass{2, 64, 5};
@@ -59,14 +58,6 @@ int level_for(const PhotoModel& model, const CameraModel& camera, double distanc
   return level;
 }
 
-// The same place, found in two frames.
-bool alike(const Transform& a, const Transform& b) {
-  constexpr double kAlike_mm = 10;
-  constexpr double kAlike_e = 0.06;
-  return (a.t_mm - b.t_mm).squaredNorm() < kAlike_mm * kAlike_mm &&
-         quaternion_vector_from_rotation(a.R.transpose() * b.R).squaredNorm() < kAlike_e * kAlike_e;
-}
-
 }  // namespace
 
 // A few steps of alignment bring those that got near the truth nearer than evolution at that resolution can.
@@ -94,18 +85,6 @@ void Tracker::build_measures() {
                           HiddenPoints::kTakenAlong, search_model_);
   build_correlation_model(photo_, 2, kSettlePoints, HiddenPoints::kLeftOut, settle_model_);
   build_correlation_model(photo_, 1, kJudgePoints, HiddenPoints::kLeftOut, judge_model_);
-}
-
-// A photo-model of which the silhouette is known, but no relief, may be a solid's: inflated it is nearer to
-// that than flat.
-bool Tracker::may_be_solid() const {
-  return kind_ == TargetKind::kPhoto && !is_thesis() && settings_.last_stage == Stage::kRelief &&
-         photo_.masked && relief_.state() != ReliefState::kAdopted;
-}
-
-void Tracker::inflate(double share) {
-  inflation_ = share;
-  if (may_be_solid()) relief_.inflate_model(share, photo_);
 }
 
 // From a pose, tilted, nearer and farther, aligned: the one that correlation likes best.
@@ -248,44 +227,6 @@ Transform Tracker::refine_best_photo() {
     if (rescuing_) T_H_M = found_or_followed(T_H_M);
   }
   return finely_refined(T_H_M);
-}
-
-// Where a relief is adopted, the pose moves to where the target is on it: what was flat was biased. A solid
-// too thick to be recognized by the flat model is learned all the same, from where it is found again and
-// again; its relief then has to make it recognized.
-void Tracker::learn_relief(Transform& T_H_M) {
-  if (kind_ != TargetKind::kPhoto || is_thesis() || settings_.last_stage != Stage::kRelief) return;
-  const bool tracked = confidence_of(T_H_M) >= kFound;
-  const bool followed = following_ || is_confirmed(T_H_M);
-  const bool adopted = relief_.state() == ReliefState::kAdopted;
-  if (!tracked && adopted) {
-    if (relief_.is_young()) relief_.give_back(photo_);  // perhaps of something else
-    return;
-  }
-  if (!tracked && !alike(T_H_M, T_H_M_last_)) {
-    // Nothing to learn; the same work all the same.
-    (void)relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, followed);
-    relief_.drop();
-    return;
-  }
-  const Transform T_H_M_before = T_H_M;
-  switch (relief_.observe(rig_, colour_left_, colour_right_, photo_, T_H_M, followed)) {
-    case ReliefAdvice::kKeep: return;
-    case ReliefAdvice::kAdopt:
-      relief_.adopt(photo_, T_H_M);
-      assess_photo(T_H_M);
-      if (!tracked || confidence_of(T_H_M) >= kFound) return;
-      // What the target is not recognized by any more is not its relief.
-      relief_.give_back(photo_);
-      inflate(inflation_);
-      T_H_M = T_H_M_before;
-      break;
-    case ReliefAdvice::kGiveBack:
-      relief_.give_back(photo_);
-      T_H_M = finely_refined(best_inflation(relief_.flat_pose()));
-      break;
-  }
-  assess_photo(T_H_M);
 }
 
 void Tracker::assess_photo(const Transform& T_H_M) {

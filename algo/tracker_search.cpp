@@ -76,7 +76,8 @@ Tracker::Measure Tracker::settle_measure() const {
 }
 
 double Tracker::search_inflation() const {
-  return shape_ == 0 ? kLittleInflation : kMuchInflation[at(searches_ % 2)];
+  if (shape_ == 0) return kLittleInflation;
+  return kMuchInflation[relief_aside_ ? 0 : at(searches_ % 2)];
 }
 
 void Tracker::search_in_shape(unsigned shape) {

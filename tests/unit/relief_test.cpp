@@ -327,6 +327,62 @@ TEST(Relief, IsGivenBackWhereItIsYoungAndTheTargetGone) {
   EXPECT_EQ(model.weight, flat.weight);
 }
 
+// A card of the same picture has come in the solid's place. Every second frame of a search does without what
+// was learned.
+TEST(Relief, IsGivenBackWhereTheTargetIsRecognizedWithoutItOnly) {
+  Bench bench(world_with(-55));
+  (void)watch(bench);
+  ASSERT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted);
+  bench.tracker().forget();
+  bench.world().bowl_mm = 0;
+  const Transform turned_away{kTruth.R * rotation_from_quaternion_vector({0, -0.25, 0}), kTruth.t_mm};
+  EXPECT_NE(bench.step(turned_away, 3900).state, TrackState::kTracking);
+  EXPECT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted);
+  const Estimate estimate = bench.step(turned_away, 3900);
+  EXPECT_EQ(estimate.state, TrackState::kTracking);
+  EXPECT_NE(bench.tracker().relief_state(), ReliefState::kAdopted);
+  EXPECT_LT((estimate.pose.position_mm - turned_away.t_mm).norm(), 0.5);
+}
+
+TEST(Relief, IsTakenUpAgainAfterASearchWithoutIt) {
+  Bench bench(world_with(14));
+  (void)watch(bench);
+  const PhotoModel learned = bench.tracker().photo_model();
+  bench.world().present = false;
+  for (int frames = 1; frames <= 4; ++frames) {
+    (void)watch(bench, 1);
+    ASSERT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted) << frames;
+    EXPECT_EQ(bench.tracker().photo_model().z_mm, learned.z_mm) << frames;
+    EXPECT_EQ(bench.tracker().photo_model().weight, learned.weight) << frames;
+  }
+  bench.world().present = true;
+  // Four frames, of which the first was the one it was lost in: this one does without.
+  EXPECT_LT(error_mm(watch(bench, 1).front()), 1.0);
+  EXPECT_EQ(bench.tracker().relief_state(), ReliefState::kAdopted);
+  EXPECT_EQ(bench.tracker().photo_model().z_mm, learned.z_mm);
+}
+
+// Images that cannot be used, or a change of mind, in the middle of such a search.
+TEST(Relief, IsTakenUpAgainWhereASearchWithoutItIsNotEnded) {
+  Bench bench(world_with(14));
+  (void)watch(bench);
+  const PhotoModel learned = bench.tracker().photo_model();
+  bench.world().present = false;
+  (void)watch(bench, 2);
+  const Picture left = bench.world().look(bench.world().rig.left, kTruth);
+  const Picture right = bench.world().look(bench.world().rig.right, kTruth);
+  FrameMotion motion;
+  motion.T_H_CL = bench.world().rig.left.T_H_C;
+  motion.T_H_CR = bench.world().rig.right.T_H_C;
+  for (int begun = 0; begun < 2; ++begun) {
+    ASSERT_EQ(bench.tracker().begin_frame(100, left.view(), right.view(), motion), Status::kOk);
+    EXPECT_NE(bench.tracker().photo_model().z_mm, learned.z_mm);
+  }
+  bench.tracker().forget();
+  EXPECT_EQ(bench.tracker().photo_model().z_mm, learned.z_mm);
+  EXPECT_EQ(bench.tracker().photo_model().weight, learned.weight);
+}
+
 TEST(Relief, LeavesAFlatCardFlat) {
   Bench bench(world_with(0));
   const auto estimates = watch(bench);
