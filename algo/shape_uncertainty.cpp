@@ -23,11 +23,12 @@ Vector6 increment(const Deviation& d) {
 
 Vector6 shape_deviation(ShapeKnowledge knowledge, double misfit) {
   if (knowledge == ShapeKnowledge::kNone) return misfit * std::sqrt(misfit) * increment({2.5, 9, 0.2, 0.03});
-  const Vector6 learned =
-      increment({0.02, 0.3, 0.005, 0}) + misfit * misfit * increment({1.4, 5, 0.12, 0.02});
-  if (knowledge == ShapeKnowledge::kRelief) return learned;
-  const Vector6 young = increment({0.2, 1.1, 0.03, 0.004});
-  return (learned.array().square() + young.array().square()).sqrt();
+  Vector6 deviation = increment({0.02, 0.3, 0.005, 0}) + misfit * misfit * increment({1.4, 5, 0.12, 0.02});
+  if (knowledge == ShapeKnowledge::kYoungRelief) {
+    const Vector6 young = increment({0.2, 1.1, 0.03, 0.004});
+    deviation = (deviation.array().square() + young.array().square()).sqrt();
+  }
+  return deviation;
 }
 
 }  // namespace vergence
