@@ -23,6 +23,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Which points face the camera. Single precision, no fused multiply-add: the same on every processor.
 class FacingPoints {
  public:
+  static constexpr bool kAll = false;
   FacingPoints(const SurfaceNormals& normals, const Transform& T_C_M) : normals_(normals) {
     constexpr double kFacing = 0.1;  // cosine: normals are not exact, and what is seen edge on tells little
     const Vector3 eye_mm = -(T_C_M.R.transpose() * T_C_M.t_mm);

@@ -72,20 +72,17 @@ HWY_INLINE void distort(D d, const CameraModel& camera, V& x, V& y) {
 
 // Takes no point for hidden.
 struct EveryPoint {
-  template <class D>
-  HWY_INLINE hn::Mask<D> operator()(D d, int) const {
-    return hn::Eq(hn::Zero(d), hn::Zero(d));
-  }
+  static constexpr bool kAll = true;
 };
 
-// Pixel indices of `count` points (x, y, z) of the target frame, posed by T_C_M, and how many of them
-// `counts(d, i)` says yes to, a vector at a time; the others get the index of what is beside the image.
-// `index` is written in whole vectors; x, y, z are read so.
+// Pixel indices of `count` points (x, y, z) of the target frame, posed by T_C_M, and how many of them count:
+// all, or those that `counts(d, i)` says yes to, a vector at a time; the others get the index of what is
+// beside the image. `index` is written in whole vectors; x, y, z are read so, and counted.
 template <bool kDistorted, class Counts>
 HWY_INLINE int point_indices_as(const CameraModel& camera, PixelGrid grid, const Transform& T_C_M,
                                 const float* HWY_RESTRICT x_mm, const float* HWY_RESTRICT y_mm,
-                                const float* HWY_RESTRICT z_mm, int count, const Counts& counts,
-                                std::int32_t* HWY_RESTRICT index) {
+                                const float* HWY_RESTRICT z_mm, int count,
+                                [[maybe_unused]] const Counts& counts, std::int32_t* HWY_RESTRICT index) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   // Without distortion the intrinsics fold into the matrix: [fx 0 cx; 0 fy cy; 0 0 1] [R t].
@@ -108,9 +105,12 @@ HWY_INLINE int point_indices_as(const CameraModel& camera, PixelGrid grid, const
     const auto y = hn::Load(d, y_mm + i);
     const auto z = hn::Load(d, z_mm + i);
     const auto depth = row(2, x, y, z);
-    const auto counts_here = counts(d, i);
-    counted = hn::Sub(counted, hn::VecFromMask(di, hn::RebindMask(di, counts_here)));  // minus one if so
-    const auto visible = hn::And(counts_here, hn::Ge(depth, hn::Set(d, static_cast<float>(kMinDepth_mm))));
+    auto visible = hn::Ge(depth, hn::Set(d, static_cast<float>(kMinDepth_mm)));
+    if constexpr (!Counts::kAll) {
+      const auto counts_here = counts(d, i);
+      counted = hn::Sub(counted, hn::VecFromMask(di, hn::RebindMask(di, counts_here)));  // minus one if so
+      visible = hn::And(counts_here, visible);
+    }
     const auto inverse = hn::Div(hn::Set(d, 1.0F), depth);
     auto u = hn::Mul(row(0, x, y, z), inverse);
     auto v = hn::Mul(row(1, x, y, z), inverse);
@@ -123,7 +123,7 @@ HWY_INLINE int point_indices_as(const CameraModel& camera, PixelGrid grid, const
     }
     hn::Store(pixel_index(d, u, v, visible, grid), di, index + i);
   }
-  return hn::GetLane(hn::SumOfLanes(di, counted));
+  return Counts::kAll ? count : hn::GetLane(hn::SumOfLanes(di, counted));
 }
 
 template <class Counts>

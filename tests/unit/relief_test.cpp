@@ -95,7 +95,7 @@ TEST(Relief, LeavesThePoseAsOpenAsItsErrorsAre) {
     EXPECT_LT(deviation_mm(estimates.back()), 0.5 * deviation_mm(estimates.front())) << bowl_mm;
     EXPECT_LT(deviation_mm(estimates.back()), 1.0) << bowl_mm;
   }
-  // A card that lies flat is not taken for anything else.
+  // A flat card, which the flat model fits, is not stated as open as a solid.
   Bench card(world_with(0));
   EXPECT_LT(std::sqrt(watch(card, 3).back().covariance(2, 2)), 0.5);
 }
@@ -362,7 +362,7 @@ TEST(Relief, IsTakenUpAgainAfterASearchWithoutIt) {
   EXPECT_EQ(bench.tracker().photo_model().z_mm, learned.z_mm);
 }
 
-// Images that cannot be used, or a change of mind, in the middle of such a search.
+// A frame of such a search that is begun again, or forgotten, before its end.
 TEST(Relief, IsTakenUpAgainWhereASearchWithoutItIsNotEnded) {
   Bench bench(world_with(14));
   (void)watch(bench);
