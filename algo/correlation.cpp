@@ -24,7 +24,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 class FacingPoints {
  public:
   static constexpr bool kAll = false;
-  FacingPoints(const SurfaceNormals& normals, const Transform& T_C_M) : normals_(normals) {
+  FacingPoints(const PhotoModel& photo, const Transform& T_C_M)
+      : normals_(photo.normals), left_out_mm_(photo.left_out_mm.data()) {
     constexpr double kFacing = 0.1;  // cosine: normals are not exact, and what is seen edge on tells little
     const Vector3 eye_mm = -(T_C_M.R.transpose() * T_C_M.t_mm);
     for (int k = 0; k < 3; ++k) eye_mm_[k] = static_cast<float>(eye_mm[k]);
@@ -38,12 +39,14 @@ class FacingPoints {
     };
     const auto towards =
         hn::Add(hn::Add(part(0, normals_.x.data()), part(1, normals_.y.data())), part(2, normals_.z.data()));
-    const auto distance_mm = hn::Sub(towards, hn::Load(d, normals_.reach_mm.data() + i));
+    const auto distance_mm =
+        hn::Sub(hn::Sub(towards, hn::Load(d, normals_.reach_mm.data() + i)), hn::Load(d, left_out_mm_ + i));
     return hn::Gt(distance_mm, hn::Set(d, least_mm_));
   }
 
  private:
   const SurfaceNormals& normals_;
+  const float* left_out_mm_;
   float eye_mm_[3];
   float least_mm_;
 };
@@ -57,8 +60,8 @@ void correlation_sums(const CorrelationModel& model, const PhotoModel& photo, co
     return point_indices(camera, grid, T_C_M, photo.x_mm.data(), photo.y_mm.data(), photo.z_mm.data(),
                          model.points, counts, index);
   };
-  const int facing = model.hidden == HiddenPoints::kLeftOut ? project(FacingPoints(photo.normals, T_C_M))
-                                                            : project(EveryPoint{});
+  const int facing =
+      model.hidden == HiddenPoints::kLeftOut ? project(FacingPoints(photo, T_C_M)) : project(EveryPoint{});
   for (int i = 0; i < model.points; ++i) pixel[i] = image.pixel[index[i]];
 
   const hn::ScalableTag<std::int32_t> d32;
@@ -153,6 +156,7 @@ void build_correlation_model(const PhotoModel& photo, int level, int points, Hid
   const int available = points < photo.inner ? points : photo.inner;
   model.points = available >= 16 ? available / 16 * 16 : 0;
   const PointColours& colours = photo.colour[static_cast<unsigned>(level)];
+  std::int64_t n = 0;
   for (unsigned i = 0; i < static_cast<unsigned>(model.points); ++i) {
     const int luma = colours.luma[i] - 128;
     const int cb = 2 * (colours.cb[i] - 128);
@@ -160,16 +164,23 @@ void build_correlation_model(const PhotoModel& photo, int level, int points, Hid
     model.luma_cr[2 * i] = static_cast<std::int16_t>(luma);
     model.luma_cr[2 * i + 1] = static_cast<std::int16_t>(cr);
     model.cb[2 * i] = static_cast<std::int16_t>(cb);
+    if (photo.left_out_mm[i] > 0) continue;
+    ++n;
     model.sum_luma += luma;
     model.sum_cb += cb;
     model.sum_cr += cr;
     model.sum_squares += luma * luma + cb * cb + cr * cr;
   }
-  const std::int64_t n = model.points;
-  model.deviation = std::sqrt(static_cast<double>(
-      n * model.sum_squares -
-      (model.sum_luma * model.sum_luma + model.sum_cb * model.sum_cb + model.sum_cr * model.sum_cr) +
-      n * n * kNoiseVariance));
+  if (n == 0) {
+    model.points = 0;
+    return;
+  }
+  const double of_all = static_cast<double>(model.points) / static_cast<double>(n);
+  model.deviation =
+      of_all * std::sqrt(static_cast<double>(n * model.sum_squares -
+                                             (model.sum_luma * model.sum_luma + model.sum_cb * model.sum_cb +
+                                              model.sum_cr * model.sum_cr) +
+                                             n * n * kNoiseVariance));
 }
 
 std::int64_t correlation(const CorrelationModel& model, const PhotoModel& photo, const CameraModel& camera,

@@ -122,18 +122,31 @@ const std::uint8_t* pixel(const ImageView& photo, int x, int y) {
   return photo.data + static_cast<std::size_t>(y) * photo.stride_bytes + static_cast<std::size_t>(x) * 3;
 }
 
-// Mean colour of the size x size pixels around (x, y), as far as they lie in the photo. From size 4 on it is
+bool shows_background(const PhotoSource& source, int x, int y) {
+  return source.target != nullptr && source.target[y * source.photo.width_px + x] == 0;
+}
+
+struct Square {
+  YCbCr colour{};      // mean
+  YCbCr behind{};      // mean of what is not of the target
+  std::uint8_t share;  // of 255, that is not
+};
+
+// The size x size pixels around (x, y), as far as they lie in the photo. From size 4 on it is
 // centred on the pixel: the outermost of size + 1 count half. At size 2 that would blur the photo half as
 // much again as cameras' images are when they are halved, which led alignment astray; there it is the pixel
 // and those after it.
-YCbCr mean_colour(const ImageView& photo, int x, int y, int size) {
+Square look_at_square(const PhotoSource& source, int x, int y, int size) {
+  const ImageView& photo = source.photo;
   const int reach = size / 2;
   const auto weight = [&](int d) {
     if (size <= 2) return d < 0 ? 0 : 2;
     return d == reach || d == -reach ? 1 : 2;
   };
-  int sum[3] = {0, 0, 0};
-  int count = 0;
+  struct {
+    int sum[3] = {0, 0, 0};
+    int count = 0;
+  } all, behind;
   for (int dy = -reach; dy <= reach; ++dy) {
     for (int dx = -reach; dx <= reach; ++dx) {
       const int px = x + dx;
@@ -141,12 +154,21 @@ YCbCr mean_colour(const ImageView& photo, int x, int y, int size) {
       if (px < 0 || py < 0 || px >= photo.width_px || py >= photo.height_px) continue;
       const std::uint8_t* rgb = pixel(photo, px, py);
       const int w = weight(dx) * weight(dy);
-      for (int c = 0; c < 3; ++c) sum[c] += w * rgb[c];
-      count += w;
+      const auto add = [&](auto& to) {
+        for (int c = 0; c < 3; ++c) to.sum[c] += w * rgb[c];
+        to.count += w;
+      };
+      add(all);
+      if (shows_background(source, px, py)) add(behind);
     }
   }
-  const auto mean = [&](int c) { return (2 * sum[c] + count) / (2 * count); };
-  return ycbcr_from_rgb(mean(0), mean(1), mean(2));
+  const auto mean = [](const auto& of) {
+    const int count = of.count > 0 ? of.count : 1;
+    const auto channel = [&](int c) { return (2 * of.sum[c] + count) / (2 * count); };
+    return ycbcr_from_rgb(channel(0), channel(1), channel(2));
+  };
+  return {mean(all), mean(behind),
+          static_cast<std::uint8_t>((2 * 255 * behind.count + all.count) / (2 * all.count))};
 }
 
 Status check(const PhotoSource& source, const PhotoOptions& options) {
@@ -179,12 +201,16 @@ void add_point(const PhotoSource& source, const HueLimits& limits, int x, int y,
   const std::uint8_t* rgb = pixel(source.photo, x, y);
   model.weight[k] = source.target == nullptr || source.target[y * source.photo.width_px + x] != 0 ? 1 : 0;
   model.hue[k] = hue_code_rgb(rgb[0], rgb[1], rgb[2], limits);
-  for (int level = 0; level < kColourLevels; ++level) {
-    const YCbCr colour = mean_colour(source.photo, x, y, 1 << level);
-    PointColours& colours = model.colour[static_cast<unsigned>(level)];
+  const auto set = [k](PointColours& colours, const YCbCr& colour) {
     colours.luma[k] = colour.luma;
     colours.cb[k] = colour.cb;
     colours.cr[k] = colour.cr;
+  };
+  for (unsigned level = 0; level < kColourLevels; ++level) {
+    const Square square = look_at_square(source, x, y, 1 << level);
+    set(model.colour[level], square.colour);
+    set(model.backdrop.colour[level], square.behind);
+    model.backdrop.share[level][k] = square.share;
   }
   ++model.inner;
 }
@@ -214,6 +240,33 @@ void add_points(const Grid& grid, Place kind, const HueLimits& limits, PhotoMode
     add_point(*grid.source, limits, grid.column_px(cell.i), grid.row_px(cell.j), kind == Place::kInner,
               model);
   }
+}
+
+// Its mean, and whether its chroma varies little, at a quarter of the resolution: textures are of one colour.
+void sum_up(int points, PhotoBackdrop& backdrop) {
+  constexpr unsigned kLevel = 2;
+  constexpr std::uint8_t kLeastShare = 64;
+  constexpr double kPlain = 12;  // deviation of chroma
+  const PointColours& colour = backdrop.colour[kLevel];
+  double count = 0;
+  double luma = 0;
+  double cb = 0;
+  double cr = 0;
+  double squares = 0;
+  for (unsigned i = 0; i < static_cast<unsigned>(points); ++i) {
+    if (backdrop.share[kLevel][i] < kLeastShare) continue;
+    const int b = colour.cb[i];
+    const int r = colour.cr[i];
+    count += 1;
+    luma += colour.luma[i];
+    cb += b;
+    cr += r;
+    squares += b * b + r * r;
+  }
+  if (count == 0) return;
+  const auto byte = [&](double sum) { return static_cast<std::uint8_t>(sum / count + 0.5); };
+  backdrop.mean = {byte(luma), byte(cb), byte(cr)};
+  backdrop.plain = squares / count - (cb * cb + cr * cr) / (count * count) < kPlain * kPlain;
 }
 
 }  // namespace
@@ -252,6 +305,7 @@ Status build_photo_model(const PhotoSource& source, const PhotoOptions& options,
   add_points(grid, Place::kInner, limits, model);
   add_points(grid, Place::kOuter, limits, model);
 
+  sum_up(model.inner, model.backdrop);
   int with_hue = 0;
   for (int k = 0; k < model.inner; ++k) with_hue += is_hue(model.hue[static_cast<unsigned>(k)]) ? 1 : 0;
   return with_hue * 10 >= model.inner && model.inner > 0 ? Status::kOk : Status::kNoHue;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "algo/camera_model.hpp"
+#include "algo/colour.hpp"
 #include "algo/colour_pyramid.hpp"
 #include "algo/hue.hpp"
 #include "algo/image.hpp"
@@ -97,6 +98,16 @@ struct PointColours {
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> cr{};
 };
 
+// What a photo shows behind its target, as far as S_in does: of the square around a point, at each level, the
+// share (of 255) that is not of the target, and that share's mean colour. Nothing where the silhouette is not
+// known.
+struct PhotoBackdrop {
+  std::array<std::array<std::uint8_t, kMaxPhotoPoints + 64>, kColourLevels> share{};
+  std::array<PointColours, kColourLevels> colour{};
+  YCbCr mean{0, 128, 128};
+  bool plain = false;  // it is of one colour
+};
+
 // Outward normals n of the surface at points P, and `reach` = n . P: an eye at C sees a point where n . C is
 // more than its reach. Elsewhere the target itself is in the way.
 struct SurfaceNormals {
@@ -121,7 +132,10 @@ struct PhotoModel {
   // 1, or 0 where a point of S_in is not of the target but background: it is to have no say in alignment.
   // Where nothing is known of that, all 1 until a relief is learned.
   alignas(64) std::array<std::uint8_t, kMaxPhotoPoints + 64> weight{};
-  std::array<PointColours, kColourLevels> colour{};  // of S_in
+  std::array<PointColours, kColourLevels> colour{};  // of S_in, before what is behind the target at present
+  PhotoBackdrop backdrop;                            // what was behind it in the photo
+  // Added to how far behind its surface an eye must be: 0, or so much that a point is left out.
+  alignas(64) std::array<float, kMaxPhotoPoints + 16> left_out_mm{};
   // Where the photo was taken from, in the target frame: a point of relief z lies on the ray from here
   // through its place (x, y, 0) on the flat model.
   Vector3 optical_centre_mm = Vector3::Zero();

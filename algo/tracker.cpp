@@ -51,6 +51,7 @@ Status Tracker::configure(const StereoRig& rig, const PhotoModel& model, const T
   kind_ = TargetKind::kPhoto;
   relief_aside_ = false;
   photo_ = model;
+  as_photographed_ = model.colour;
   std::copy_n(model.hue.begin(), kMaxPhotoPoints, photo_hue_.begin());
   photo_background_hue_ = model.background_hue;
   rig_ = rig;
@@ -142,6 +143,7 @@ Status Tracker::begin_frame(std::uint64_t frame, const ImageView& left, const Im
     yuv_ = left.format != PixelFormat::kRgb24;
   }
   take_relief_up();  // where the frame before was not ended
+  if (kind_ == TargetKind::kPhoto && !is_thesis()) put_before_backdrop(left.format != PixelFormat::kRgb24);
   random_ = CounterRandom(settings_.seed, frame);
   motion_ = motion;
   rig_.left.T_H_C = motion.T_H_CL;

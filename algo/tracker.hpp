@@ -168,6 +168,7 @@ class Tracker {
   void keep_in_archive(const Individual& individual);
   [[nodiscard]] Transform refine_best();
   void build_measures();
+  void put_before_backdrop(bool limited_range);
   void assess_photo(const Transform& T_H_M);
   [[nodiscard]] Transform refine_best_photo();
   [[nodiscard]] bool may_be_solid() const;
@@ -210,6 +211,8 @@ class Tracker {
   std::array<std::uint8_t, kMaxBalls> marker_hue_{};
   std::array<std::uint8_t, kMaxPhotoPoints> photo_hue_{};
   std::uint8_t photo_background_hue_ = kHueUndefined;
+  std::array<PointColours, kColourLevels> as_photographed_;  // of the photo-model
+  bool rim_left_out_ = false;                                // of this frame's measures
   CorrelationModel search_model_;
   CorrelationModel settle_model_;
   CorrelationModel judge_model_;

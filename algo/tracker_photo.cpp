@@ -1,6 +1,7 @@
 // The photo-model within the tracker: its measures, refinement and how sure it is.
 #include <limits>
 
+#include "algo/backdrop.hpp"
 #include "algo/pose_covariance.hpp"
 #include "algo/shape_uncertainty.hpp"
 #include "algo/tracker_parts.hpp"
@@ -82,9 +83,18 @@ void Tracker::polish_archive() {
 
 void Tracker::build_measures() {
   build_correlation_model(photo_, level_for(photo_, rig_.left, settings_.box.centre[2]), kSearchPoints,
-                          HiddenPoints::kTakenAlong, search_model_);
+                          photo_.masked ? HiddenPoints::kLeftOut : HiddenPoints::kTakenAlong, search_model_);
   build_correlation_model(photo_, 2, kSettlePoints, HiddenPoints::kLeftOut, settle_model_);
   build_correlation_model(photo_, 1, kJudgePoints, HiddenPoints::kLeftOut, judge_model_);
+}
+
+// Whatever it is photographed before, the target is before something else now.
+void Tracker::put_before_backdrop(bool limited_range) {
+  const Backdrop backdrop = find_backdrop(colour_left_, colour_right_, limited_range);
+  put_before(backdrop, backdrop_change(photo_.backdrop, backdrop), as_photographed_, photo_);
+  rim_left_out_ = photo_.masked && !backdrop.plain;
+  leave_rim_out(rim_left_out_, photo_);
+  build_measures();
 }
 
 // From a pose, tilted, nearer and farther, aligned: the one that correlation likes best.

@@ -82,7 +82,6 @@ double Tracker::search_inflation() const {
 
 void Tracker::search_in_shape(unsigned shape) {
   shape_ = may_be_solid() ? shape : 0;
-  search_model_.hidden = shape_ == 0 ? HiddenPoints::kTakenAlong : HiddenPoints::kLeftOut;
   inflate(search_inflation());
 }
 
@@ -235,10 +234,7 @@ void Tracker::keep_in_archive(const Individual& individual) {
 }
 
 void Tracker::settle() {
-  if (!is_thesis() && !following_ && !settling_) {
-    merge_archives();
-    search_model_.hidden = HiddenPoints::kTakenAlong;  // as scouts look for it
-  }
+  if (!is_thesis() && !following_ && !settling_) merge_archives();
   settling_ = true;
 }
 

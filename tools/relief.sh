@@ -7,6 +7,8 @@
 #   tools/relief.sh turned      never seen but turned away, in six ways: each from nothing, for a second
 #   tools/relief.sh cold        forty random poses of each, from nothing, five seeds: what one look learned is forgotten
 #   tools/relief.sh stay        the same poses, each standing still for thirty frames, one seed
+#   tools/relief.sh backdrops   twelve random poses of each before other backgrounds than its photo's, two seeds: shares
+#                               that are right in the first frame and within three, all creatures together
 #
 # VERGENCE: another program than build/release/bin/vergence, for comparison.
 set -euo pipefail
@@ -62,6 +64,43 @@ if [ "${1:-}" = cold ] || [ "${1:-}" = stay ]; then
   how=(--seeds 5)
   [ "$1" = cold ] || how=(--seeds 1 --stay 30)
   exec "$vergence" accuracy --cold "${creatures[@]/#/out/relief/cold_}" --unlearned "${how[@]}"
+fi
+
+if [ "${1:-}" = backdrops ]; then
+  blue=(--set 'model.background.hue_deg=212' --set 'model.background.saturation=0.65' --set 'model.background.value=0.62')
+  # render_before NAME SCENE-OPTION...: every creature before that.
+  render_before() {
+    local name=$1
+    shift
+    for code in "${creatures[@]}"; do
+      set="out/relief/$name-$code"
+      [ -d "$set/right" ] || "$vergence" render tools/render/scenes/photo_random.toml --target "$code" --seed 17 --frames 12 \
+        --set 'motion.pose=[0,0,500,0,0,0]' --set 'motion.amplitude=[180,180,180,0.35,0.35,0.35]' \
+        --set 'motion.in_view=true' "${blue[@]}" "$@" -o "$set" >/dev/null
+      case $name in hue-*) sed -i 's/^background = .*/background_hue_deg = 212.0/' "$set/model/model.toml" ;; esac
+    done
+    "$vergence" accuracy --cold "${creatures[@]/#/out/relief/$name-}" --unlearned --seeds 2 | awk -F'|' -v name="$name" '
+      NR > 2 { looks++; first += $5; soon += $6 }
+      END { printf "| %s | %.1f %% | %.1f %% |\n", name, first / looks, soon / looks }'
+  }
+  tan=(--set 'background.hue_deg=30')
+  plain=(--set 'model.background.kind="plain"')
+  masked=(--set 'model.mask=true' --set 'model.background.kind="clutter"')
+  echo "| before | in the first frame | within 3 |"
+  echo "|---|---|---|"
+  render_before same
+  render_before tan "${tan[@]}"
+  render_before tan-30lx "${tan[@]}" --set 'light.preset="30lx"'
+  render_before tan-2500lx "${tan[@]}" --set 'light.preset="2500lx"'
+  render_before tan-clutter "${tan[@]}" --set 'background.kind="clutter"'
+  render_before grey --set 'background.saturation=0.04'
+  render_before white --set 'background.hue_deg=50' --set 'background.saturation=0.1' --set 'background.value=0.95'
+  render_before half --set 'occluder=[{ width_mm = 1000, length_mm = 1000, depth_mm = 2, hue_deg = 30, saturation = 0.6, value = 0.6, motion = { kind = "still", pose = [500, 0, 850, 0, 0, 0] } }]'
+  render_before hue-same "${plain[@]}"
+  render_before hue-tan "${plain[@]}" "${tan[@]}"
+  render_before mask-same "${masked[@]}"
+  render_before mask-tan "${masked[@]}" "${tan[@]}"
+  exit
 fi
 
 frames=${1:-40}

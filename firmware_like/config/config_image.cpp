@@ -241,6 +241,13 @@ void pass_marker(Archive& archive, MarkerModel& model) {
 }
 
 template <typename Archive>
+void pass_colours(Archive& archive, PointColours& colours) {
+  pass_array(archive, colours.luma);
+  pass_array(archive, colours.cb);
+  pass_array(archive, colours.cr);
+}
+
+template <typename Archive>
 void pass_photo(Archive& archive, PhotoModel& model) {
   archive.pass(model.inner);
   archive.pass(model.outer);
@@ -250,11 +257,13 @@ void pass_photo(Archive& archive, PhotoModel& model) {
   pass_array(archive, model.z_mm);
   pass_array(archive, model.hue);
   pass_array(archive, model.weight);
-  for (PointColours& colours : model.colour) {
-    pass_array(archive, colours.luma);
-    pass_array(archive, colours.cb);
-    pass_array(archive, colours.cr);
-  }
+  for (PointColours& colours : model.colour) pass_colours(archive, colours);
+  for (auto& share : model.backdrop.share) pass_array(archive, share);
+  for (PointColours& colours : model.backdrop.colour) pass_colours(archive, colours);
+  archive.pass(model.backdrop.mean.luma);
+  archive.pass(model.backdrop.mean.cb);
+  archive.pass(model.backdrop.mean.cr);
+  archive.pass(model.backdrop.plain);
   pass_matrix(archive, model.optical_centre_mm);
   archive.pass(model.background_hue);
   archive.pass(model.votes.in_match);

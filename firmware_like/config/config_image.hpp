@@ -12,7 +12,7 @@
 namespace vergence {
 
 // Raised with every change of what is stored that the table's own check sum does not see.
-inline constexpr std::uint32_t kImageVersion = 2;
+inline constexpr std::uint32_t kImageVersion = 3;
 inline constexpr std::size_t kMaxImageBytes = std::size_t{512} * 1024;
 
 enum class ImageStatus : std::uint8_t {

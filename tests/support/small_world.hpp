@@ -74,6 +74,9 @@ struct World {
   double lamp_moved = 0;  // the card is lit so much more on its right, less on its left, than in its photo
   double bowl_mm = 0;  // the card's relief: z = bowl (X^2 + Y^2 - 2/3), X and Y from -1 to 1 over it; mean 0
   bool oval = false;   // it is known of the model that the target is an ellipse within the card
+  bool cut_out = false;    // and that is all there is of it
+  Rgb left_wall{1, 1, 1};  // times the wall's colours, left and right of the middle: not in the photo
+  Rgb right_wall{1, 1, 1};
   StereoRig rig;
 
   explicit World(TargetKind of) : kind(of) {
@@ -133,6 +136,7 @@ struct World {
     bright.light = 1;
     bright.lamp_moved = 0;
     bright.present = true;
+    bright.left_wall = bright.right_wall = {1, 1, 1};
     const Picture photo = bright.look(camera, {Matrix3::Identity(), {0, 0, 400}});
     PhotoSource source;
     source.photo = photo.view();
@@ -143,9 +147,9 @@ struct World {
     std::vector<std::uint8_t> within;
     if (oval) within.resize(static_cast<std::size_t>(camera.width_px * camera.height_px));
     for (std::size_t i = 0; i < within.size(); ++i) {
-      const double x = (static_cast<double>(i % 320) - 159.5) / (0.4 * kCardWidth_mm);
-      const double y = (static_cast<double>(i / 320) - 119.5) / (0.4 * kCardHeight_mm);
-      within[i] = x * x + y * y < 1 ? 1 : 0;
+      const double x_mm = static_cast<double>(i % 320) - 159.5;
+      const double y_mm = static_cast<double>(i / 320) - 119.5;
+      within[i] = is_in_oval(x_mm, y_mm) ? 1 : 0;
     }
     if (oval) source.target = within.data();
     PhotoOptions options;
@@ -160,6 +164,11 @@ struct World {
   }
 
  private:
+  [[nodiscard]] static bool is_in_oval(double x_mm, double y_mm) {
+    const double x = x_mm / (0.4 * kCardWidth_mm);
+    const double y = y_mm / (0.4 * kCardHeight_mm);
+    return x * x + y * y < 1;
+  }
   [[nodiscard]] Rgb see(const Vector3& ray, const Transform& T_C_M, const Transform& T_M_C,
                         const CameraModel& camera) const {
     if (present && kind == TargetKind::kPhoto) {
@@ -171,7 +180,8 @@ struct World {
         t = (relief_mm(p[0], p[1]) - T_M_C.t_mm[2]) / direction[2];
         p = T_M_C.t_mm + t * direction;
       }
-      if (t > 0 && std::abs(p[0]) <= kCardWidth_mm / 2 && std::abs(p[1]) <= kCardHeight_mm / 2) {
+      if (t > 0 && std::abs(p[0]) <= kCardWidth_mm / 2 && std::abs(p[1]) <= kCardHeight_mm / 2 &&
+          (!cut_out || is_in_oval(p[0], p[1]))) {
         const Rgb c = card_colour(p[0], p[1]);
         const double lit = 1 + lamp_moved * 2 * p[0] / kCardWidth_mm;
         return {c.r * lit, c.g * lit, c.b * lit};
@@ -198,7 +208,10 @@ struct World {
       if (nearest < 1e29) return seen;
     }
     const double depth = 800 - camera.T_H_C.t_mm[2];
-    return wall_colour(camera.T_H_C.t_mm[0] + ray[0] * depth, ray[1] * depth);
+    const double x_mm = camera.T_H_C.t_mm[0] + ray[0] * depth;
+    const Rgb c = wall_colour(x_mm, ray[1] * depth);
+    const Rgb& factor = x_mm < 0 ? left_wall : right_wall;
+    return {c.r * factor.r, c.g * factor.g, c.b * factor.b};
   }
 };
 

@@ -37,6 +37,7 @@ inline constexpr const char* kMarkerBar = "marker behind a bar";
 inline constexpr const char* kPhoto = "photo-model of a solid";
 inline constexpr const char* kColdMarker = "marker from nothing";
 inline constexpr const char* kColdPhoto = "photo-model from nothing";
+inline constexpr const char* kElsewhere = "photo-model before another background than its photo's";
 inline constexpr const char* kHard = "hard views";  // dim, covered in part: for confidence alone
 inline constexpr const char* kRelockMarker = "marker found again";
 inline constexpr const char* kRelockPhoto = "photo-model found again";

@@ -45,6 +45,22 @@ RenderedSet cold_marker_clutter(SuiteSize size) {
 RenderedSet cold_creature(const std::string& code, SuiteSize size) {
   return {"cold_" + code, "photo_random", kPhotoBox + creature(code), size.frames(50, 15)};
 }
+// Photographed before blue, looked for before something else.
+struct OtherBackground {
+  const char* code;
+  const char* scene;
+};
+constexpr std::array<OtherBackground, 4> kOtherBackgrounds{
+    {{"C12", "background.hue_deg = 30\n"},
+     {"C05", "background.hue_deg = 50\nbackground.saturation = 0.1\nbackground.value = 0.95\n"},
+     {"C02", "background.hue_deg = 120\n"},
+     {"C07", "background.hue_deg = 30\nbackground.kind = \"clutter\"\n"}}};
+RenderedSet elsewhere(const OtherBackground& other, SuiteSize size) {
+  const std::string photo =
+      "model.background.hue_deg = 212\nmodel.background.saturation = 0.65\nmodel.background.value = 0.62\n";
+  return {std::string("elsewhere_") + other.code, "photo_random",
+          joined({"seed = 5\n", kPhotoBox, creature(other.code), other.scene, photo}), size.frames(50, 15)};
+}
 RenderedSet path_of(const std::string& code, SuiteSize size) {
   // At 8 frames a second, so that twenty steps take minutes neither to render nor to follow.
   const std::string patch = creature(code) + "image.fps = 8\nmotion.rest_s = 0.2\n";
@@ -117,6 +133,9 @@ std::vector<Case> lock_cases(SuiteSize size) {
   for (const char* code : {"C12", "C05", "C02", "C07"}) {
     cases.push_back({kColdPhoto, cold_creature(code, size), Task::kCold});
   }
+  for (const OtherBackground& other : kOtherBackgrounds) {
+    cases.push_back({kElsewhere, elsewhere(other, size), Task::kCold});
+  }
   const std::string bar =
       "[[occluder]]\nwidth_mm = 35\nlength_mm = 700\ndirection = [0.25, 1, 0]\n"
       "motion = { kind = \"random\", pose = [0, 0, 300, 0, 0, 0], amplitude = [60, 0, 0, 0, 0, 0] }\n";
@@ -179,6 +198,9 @@ std::vector<Case> absent_cases(SuiteSize size) {
   for (const char* code : {"C05", "C02", "C07"}) add(kAbsentPhoto, cold_creature(code, size), "cold_C12");
   add(kAbsentPhoto, cold_creature("C12", size), "cold_C05");
   add(kAbsentPhoto, cold_marker_clutter(size), "cold_C07");
+  for (const OtherBackground& other : kOtherBackgrounds) {
+    add(kAbsentPhoto, elsewhere(other, size), other.code == std::string("C12") ? "cold_C05" : "cold_C12");
+  }
   return cases;
 }
 

@@ -170,6 +170,7 @@ SuiteResult run_suite(const SuiteOptions& options, const Told& progress) {
   if (options.parts.lock) {
     add_claims(cold_claims("marker found from nothing", cases, seen, kColdMarker));
     add_claims(cold_claims("solid found from nothing", cases, seen, kColdPhoto));
+    add_claims(cold_claims("solid before another background", cases, seen, kElsewhere));
     add_claims({relock_claim("marker found again within 3 frames", cases, seen, kRelockMarker)});
     add_claims({relock_claim("solid found again within 3 frames", cases, seen, kRelockPhoto)});
   }

@@ -103,6 +103,7 @@ void locate(const Options& options, const RgbImage& background, Target& target) 
     target.roi = found.roi;
     target.mask = std::move(found.mask);
   }
+  if (target.mask) target.silhouette = with_rim(*target.mask, target.roi);
 }
 
 double share(int part, int whole) {

@@ -200,39 +200,6 @@ bool marks_anything(const GreyImage& mask, const Rectangle& roi) {
   return false;
 }
 
-// Marks what differs from the background within the rectangle, and a rim around it. Nothing where that is so
-// little of the rectangle, or all of it, that the two photos are no pair.
-void find_by_background(const RgbImage& background, Target& target) {
-  constexpr double kLeastShare = 0.08;
-  constexpr double kLargestShare = 0.98;
-  constexpr double kRim = 0.12;  // of the rectangle's mean side
-  if (background.width_px != target.photo.width_px || background.height_px != target.photo.height_px) return;
-  const GreyImage found = find_target(target.photo, background).mask;
-  const Rectangle& roi = target.roi;
-  GreyImage inner{found.width_px, found.height_px, std::vector<std::uint8_t>(found.data.size(), 0)};
-  GreyImage area = inner;
-  const int rim_px = std::max(2, static_cast<int>(kRim * 0.5 * (roi.width + roi.height)));
-  int inside = 0;
-  for (int y = roi.y; y < roi.y + roi.height; ++y) {
-    for (int x = roi.x; x < roi.x + roi.width; ++x) {
-      const auto i = static_cast<std::size_t>(y * found.width_px + x);
-      if (found.data[i] == 0) continue;
-      inner.data[i] = 255;
-      ++inside;
-      for (int v = std::max(roi.y, y - rim_px); v <= std::min(roi.y + roi.height - 1, y + rim_px); ++v) {
-        const int half = static_cast<int>(std::sqrt(rim_px * rim_px - (v - y) * (v - y)));
-        const auto row = area.data.begin() + std::ptrdiff_t{v} * found.width_px;
-        std::fill(row + std::max(roi.x, x - half), row + std::min(roi.x + roi.width - 1, x + half) + 1,
-                  std::uint8_t{255});
-      }
-    }
-  }
-  const double share = inside / (static_cast<double>(roi.width) * roi.height);
-  if (share < kLeastShare || share > kLargestShare) return;
-  target.found_target = std::move(inner);
-  target.found_area = std::move(area);
-}
-
 Target read_photo_target(const std::filesystem::path& directory, const TomlReader& root) {
   Target target;
   target.kind = TargetKind::kPhoto;
@@ -254,6 +221,9 @@ Target read_photo_target(const std::filesystem::path& directory, const TomlReade
   }
   if (photo.has("background_hue_deg")) {
     target.background_hue_deg = photo.number("background_hue_deg", {-360, 360});
+    if (!target.mask) {
+      target.silhouette = silhouette_before_plain(target.background_hue_deg, target.photo, target.roi);
+    }
   } else if (photo.has("background")) {
     const std::filesystem::path file = directory / photo.text("background");
     const RgbImage background = read_png_rgb(file);
@@ -263,10 +233,11 @@ Target read_photo_target(const std::filesystem::path& directory, const TomlReade
                        "take it against a coloured background, or give photo.background_hue_deg");
     }
     target.background_hue_deg = *hue;
-    if (!target.mask) find_by_background(background, target);
+    if (!target.mask) target.silhouette = silhouette_before(background, target.photo, target.roi);
   } else {
     photo.fail("background", "missing", "give background = \"FILE.png\" or background_hue_deg");
   }
+  if (target.mask) target.silhouette = with_rim(*target.mask, target.roi);
   return target;
 }
 
@@ -293,11 +264,11 @@ Target read_marker_target(const TomlReader& root) {
 
 PhotoSource Target::source(TargetArea area) const {
   PhotoSource source{photo.view(), nullptr, nullptr, roi, distance_mm, camera, background_hue_deg};
-  if (mask) {
+  if (silhouette && area == TargetArea::kSilhouette) {
+    source.mask = silhouette->with_rim.data.data();
+    source.target = silhouette->target.data.data();
+  } else if (mask) {
     source.mask = mask->data.data();
-  } else if (found_target && area == TargetArea::kFound) {
-    source.mask = found_area.data.data();
-    source.target = found_target->data.data();
   }
   return source;
 }

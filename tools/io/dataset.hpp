@@ -15,13 +15,14 @@
 #include "algo/target_model.hpp"
 #include "algo/tracker.hpp"
 #include "tools/io/image_file.hpp"
+#include "tools/io/silhouette.hpp"
 
 namespace vergence::tools {
 
-// Which pixels of the photo are S_in where the data set has no mask.
+// Which pixels of the photo are S_in.
 enum class TargetArea : std::uint8_t {
-  kFound,      // those that differ from the photo of the background, if there is one that tells
-  kRectangle,  // all of the rectangle: the thesis
+  kSilhouette,  // those of the target, as far as they are known, and a rim around them
+  kRectangle,   // all of the rectangle, or what a given mask marks in it: the thesis
 };
 
 struct Target {
@@ -29,17 +30,14 @@ struct Target {
   std::vector<Ball> balls;        // marker
   RgbImage photo;                 // photo-model
   std::optional<GreyImage> mask;  // that the data set gives
-  // Where it gives none: what differs from the photo of the background; and that with a rim of background,
-  // whose contrast with the target is worth seeing.
-  std::optional<GreyImage> found_target;
-  GreyImage found_area;
+  std::optional<Silhouette> silhouette;
   Rectangle roi;
   double distance_mm = 0;
   CameraModel camera;
   double background_hue_deg = 0;
 
   // View of the photo-model's source; valid as long as this lives.
-  [[nodiscard]] PhotoSource source(TargetArea area = TargetArea::kFound) const;
+  [[nodiscard]] PhotoSource source(TargetArea area = TargetArea::kSilhouette) const;
 };
 
 struct Frame {
@@ -88,6 +86,6 @@ struct Dataset {
 // The models, or InputError naming the model file.
 void build_model(const Dataset& dataset, const MarkerOptions& options, MarkerModel& model);
 void build_model(const Dataset& dataset, const PhotoOptions& options, const HueLimits& limits,
-                 PhotoModel& model, TargetArea area = TargetArea::kFound);
+                 PhotoModel& model, TargetArea area = TargetArea::kSilhouette);
 
 }  // namespace vergence::tools
