@@ -48,6 +48,32 @@ YCbCr full_range(const Channels& c) {
 
 }  // namespace
 
+void sum_up_backdrop(int points, PhotoBackdrop& backdrop) {
+  constexpr unsigned kLevel = 2;
+  constexpr std::uint8_t kLeastShare = 64;
+  constexpr double kPlain = 12;  // deviation of chroma
+  const PointColours& colour = backdrop.colour[kLevel];
+  double count = 0;
+  double luma = 0;
+  double cb = 0;
+  double cr = 0;
+  double squares = 0;
+  for (unsigned i = 0; i < static_cast<unsigned>(points); ++i) {
+    if (backdrop.share[kLevel][i] < kLeastShare) continue;
+    const int b = colour.cb[i];
+    const int r = colour.cr[i];
+    count += 1;
+    luma += colour.luma[i];
+    cb += b;
+    cr += r;
+    squares += b * b + r * r;
+  }
+  if (count == 0) return;
+  const auto byte = [&](double sum) { return static_cast<std::uint8_t>(sum / count + 0.5); };
+  backdrop.mean = {byte(luma), byte(cb), byte(cr)};
+  backdrop.plain = squares / count - (cb * cb + cr * cr) / (count * count) < kPlain * kPlain;
+}
+
 Backdrop find_backdrop(const ColourPyramid& left, const ColourPyramid& right, bool limited_range) {
   std::array<std::array<int, 256>, kChannels> histogram{};
   int pixels = 0;

@@ -12,6 +12,10 @@
 
 namespace vergence {
 
+// Mean of a photo's backdrop over the first `points` points, and whether its chroma varies little, at a
+// quarter of the resolution: textures are of one colour.
+void sum_up_backdrop(int points, PhotoBackdrop& backdrop);
+
 // What most of a pair of images shows.
 struct Backdrop {
   YCbCr colour{0, 128, 128};  // full range, as a photo's

@@ -1,6 +1,7 @@
 // The photo-model from a photograph: which points of the target plane, in which order, with which colours.
 #include <cmath>
 
+#include "algo/backdrop.hpp"
 #include "algo/colour.hpp"
 #include "algo/target_model.hpp"
 
@@ -242,33 +243,6 @@ void add_points(const Grid& grid, Place kind, const HueLimits& limits, PhotoMode
   }
 }
 
-// Its mean, and whether its chroma varies little, at a quarter of the resolution: textures are of one colour.
-void sum_up(int points, PhotoBackdrop& backdrop) {
-  constexpr unsigned kLevel = 2;
-  constexpr std::uint8_t kLeastShare = 64;
-  constexpr double kPlain = 12;  // deviation of chroma
-  const PointColours& colour = backdrop.colour[kLevel];
-  double count = 0;
-  double luma = 0;
-  double cb = 0;
-  double cr = 0;
-  double squares = 0;
-  for (unsigned i = 0; i < static_cast<unsigned>(points); ++i) {
-    if (backdrop.share[kLevel][i] < kLeastShare) continue;
-    const int b = colour.cb[i];
-    const int r = colour.cr[i];
-    count += 1;
-    luma += colour.luma[i];
-    cb += b;
-    cr += r;
-    squares += b * b + r * r;
-  }
-  if (count == 0) return;
-  const auto byte = [&](double sum) { return static_cast<std::uint8_t>(sum / count + 0.5); };
-  backdrop.mean = {byte(luma), byte(cb), byte(cr)};
-  backdrop.plain = squares / count - (cb * cb + cr * cr) / (count * count) < kPlain * kPlain;
-}
-
 }  // namespace
 
 Status build_photo_model(const PhotoSource& source, const PhotoOptions& options, const HueLimits& limits,
@@ -305,7 +279,7 @@ Status build_photo_model(const PhotoSource& source, const PhotoOptions& options,
   add_points(grid, Place::kInner, limits, model);
   add_points(grid, Place::kOuter, limits, model);
 
-  sum_up(model.inner, model.backdrop);
+  sum_up_backdrop(model.inner, model.backdrop);
   int with_hue = 0;
   for (int k = 0; k < model.inner; ++k) with_hue += is_hue(model.hue[static_cast<unsigned>(k)]) ? 1 : 0;
   return with_hue * 10 >= model.inner && model.inner > 0 ? Status::kOk : Status::kNoHue;

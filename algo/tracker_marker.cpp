@@ -16,11 +16,13 @@ constexpr Certainty kMarkerFound{0.45, 0.99};
 constexpr Certainty kMarkerFollowed{0.25, 0.65};
 constexpr Certainty kMarkerLeastBall{0, 0.7};  // to be found; while it is followed, a ball may be hidden
 
-// Of [x y z e1 e2 e3]. What no outline tells is as uncertain as a search box.
+// Of [x y z e1 e2 e3]. What no outline tells is as uncertain as a search box. Noise is half of it: edges are
+// shifted by shading as well, alike in every frame.
 Matrix6 covariance_of(const MarkerFit& fit) {
   constexpr double kBox_mm = 200;
   constexpr double kBox_rad = 1;
-  Matrix6 information = fit.information;
+  constexpr double kErrorOverNoise = 2;  // of variances
+  Matrix6 information = fit.information / kErrorOverNoise;
   for (int k = 0; k < 6; ++k) information(k, k) += 1 / (k < 3 ? kBox_mm * kBox_mm : kBox_rad * kBox_rad);
   return pose_covariance(information, fit.T_H_M);
 }

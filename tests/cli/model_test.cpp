@@ -47,6 +47,7 @@ TEST(Model, FindsTheCardDespiteNoise) {
   EXPECT_EQ(target.camera.fx_px, 400);
   EXPECT_EQ(target.distance_mm, 400);
   ASSERT_TRUE(target.mask);
+  EXPECT_EQ(result.output.find("warning"), std::string::npos) << result.output;  // the rim is no target
   EXPECT_EQ(tools::read_png_rgb(data.directory / "model/preview.png").width_px, 320);
   const CommandResult estimate = run_vergence("estimate " + data.directory.path().string());
   EXPECT_EQ(estimate.status, 0) << estimate.output;

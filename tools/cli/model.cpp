@@ -111,16 +111,22 @@ double share(int part, int whole) {
 }
 
 void print_points(const PhotoModel& model) {
+  int of_target = 0;
   int with_hue = 0;
   int like_background = 0;
   const int tolerance = hue_tolerance_steps(model.votes.background_tolerance_deg);
   for (unsigned i = 0; i < static_cast<unsigned>(model.inner); ++i) {
+    if (model.weight[i] == 0) continue;  // its rim
+    ++of_target;
     with_hue += is_hue(model.hue[i]) ? 1 : 0;
     like_background += hue_distance(model.hue[i], model.background_hue) <= tolerance ? 1 : 0;
   }
-  std::printf("points     %d S_in, %d S_out; %.0f %% of S_in have a hue, %.0f %% have the background's\n",
-              model.inner, model.outer, share(with_hue, model.inner), share(like_background, model.inner));
-  if (2 * like_background > model.inner) {
+  std::printf(
+      "points     %d S_in, %d of them on the target, %d S_out; of the target's, %.0f %% have a hue, %.0f %% "
+      "the "
+      "background's\n",
+      model.inner, of_target, model.outer, share(with_hue, of_target), share(like_background, of_target));
+  if (2 * like_background > of_target) {
     std::printf(
         "warning: most of the target has the background's hue; another background would serve better\n");
   }

@@ -11,6 +11,7 @@ namespace vergence::tools {
 namespace {
 
 const cv::Scalar kWhite(255, 255, 255);
+const cv::Scalar kRim(150, 150, 150);
 const cv::Scalar kEstimate(255, 0, 255);
 constexpr int kPointsShown = 160;  // of S_in; its first ones are spread over the target
 
@@ -238,6 +239,7 @@ RgbImage draw_photo_model(const RgbImage& photo, const PhotoSource& source, cons
                      vc + model.y_mm[i] * source.camera.fy_px / source.distance_mm};
     const bool inner = static_cast<int>(i) < model.inner;
     const cv::Scalar colour = !inner                 ? kWhite
+                              : model.weight[i] == 0 ? kRim
                               : is_hue(model.hue[i]) ? colour_of_hue(hue_degrees(model.hue[i]))
                                                      : cv::Scalar(0, 0, 0);
     cv::circle(canvas, fixed_point(uv), (3 << kShift) / 2, colour, cv::FILLED, cv::LINE_AA, kShift);

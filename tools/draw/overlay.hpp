@@ -33,7 +33,8 @@ struct Overlay {
 // "frame 7  tracking  confidence ...", as it stands below the pictures.
 [[nodiscard]] std::string overlay_text(std::uint64_t frame, const Estimate& estimate);
 
-// S_in (dots in the colour of the photo's hue, black where there is none) and S_out (white) over the photo.
+// S_in (dots in the colour of the photo's hue, black where there is none, grey in the rim around the target)
+// and S_out (white) over the photo.
 [[nodiscard]] RgbImage draw_photo_model(const RgbImage& photo, const PhotoSource& source,
                                         const PhotoModel& model);
 
