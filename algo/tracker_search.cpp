@@ -13,10 +13,11 @@ struct SearchPlan {
   int founders;            // drawn for each of the first generation; the fittest of them stays
   int full_search_epochs;  // after so many in vain, the target is not there
   int epochs_anywhere;     // after so many, most take up a place of the archive and turn the target there
+  int epochs_in_vain;      // after so many before this frame, the search begins anew: its places may be wrong
   double share;            // of a frame's budget
 };
-constexpr SearchPlan kMarkerSearch{60, 1, 8, INT32_MAX, 0.75};
-constexpr SearchPlan kPhotoSearch{30, 8, 24, 30, 0.95};
+constexpr SearchPlan kMarkerSearch{60, 1, 8, INT32_MAX, INT32_MAX, 0.75};
+constexpr SearchPlan kPhotoSearch{30, 8, 24, 30, 120, 0.95};
 
 const SearchPlan& plan_for(TargetKind kind) {
   return kind == TargetKind::kMarker ? kMarkerSearch : kPhotoSearch;
@@ -86,6 +87,7 @@ void Tracker::search_in_shape(unsigned shape) {
 }
 
 void Tracker::start_first_generation() {
+  if (epochs_ >= plan_for(kind_).epochs_in_vain) start_search();
   search_in_shape(shape_);
   const auto score_search = [this](const Chromosome& c) { return score(c, search_measure()); };
   if (!population_ready_) {

@@ -76,6 +76,37 @@ TEST(Tracker, SearchesAgainForAPhotoModelItHasJustFound) {
   }
 }
 
+// Where a whole search was in vain, the places that it kept were wrong: they must not sway the next one.
+TEST(Tracker, SearchesAnewAfterASearchInVain) {
+  const int whole = Bench(World(TargetKind::kPhoto)).tracker().usual_generations();
+  const auto find = [&](std::uint64_t first_frame) {
+    Bench bench{World(TargetKind::kPhoto)};
+    Estimate estimate;
+    for (std::uint64_t frame = first_frame; frame <= 2; ++frame) {
+      World& world = bench.world();
+      world.present = frame == 2;
+      FrameMotion motion;
+      motion.t_s = static_cast<double>(frame) / 30;
+      motion.T_H_CL = world.rig.left.T_H_C;
+      motion.T_H_CR = world.rig.right.T_H_C;
+      const auto left = world.look(world.rig.left, some_pose(7));
+      const auto right = world.look(world.rig.right, some_pose(7));
+      EXPECT_EQ(bench.tracker().begin_frame(frame, left.view(), right.view(), motion), Status::kOk);
+      for (int g = 0; g < whole; ++g) bench.tracker().evolve(static_cast<double>(g) / whole);
+      estimate = bench.tracker().end_frame();
+      EXPECT_EQ(estimate.state == TrackState::kTracking, world.present) << frame;
+    }
+    return estimate;
+  };
+  const Estimate after_two_in_vain = find(0);
+  const Estimate at_once = find(2);
+  EXPECT_EQ(after_two_in_vain.evaluations, at_once.evaluations);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(after_two_in_vain.pose.position_mm[i], at_once.pose.position_mm[i]) << i;
+    EXPECT_EQ(after_two_in_vain.pose.e[i], at_once.pose.e[i]) << i;
+  }
+}
+
 // How near the middle of a solid is thought to be.
 double depth_mm(const Tracker& tracker) {
   const auto& z_mm = tracker.photo_model().z_mm;
