@@ -68,7 +68,8 @@ Estimator::Estimator(const Dataset& dataset, const EstimateOptions& options)
   } else {
     PhotoOptions photo;
     photo.points = options.photo_points;
-    const TargetArea area = options.method == Method::kThesis ? TargetArea::kRectangle : TargetArea::kSilhouette;
+    const TargetArea area =
+        options.method == Method::kThesis ? TargetArea::kRectangle : TargetArea::kSilhouette;
     build_model(dataset, photo, settings.hue_limits, *photo_, area);
     status = tracker_->configure(dataset.rig, *photo_, settings);
   }
