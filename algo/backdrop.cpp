@@ -49,17 +49,17 @@ YCbCr full_range(const Channels& c) {
 }  // namespace
 
 void sum_up_backdrop(int points, PhotoBackdrop& backdrop) {
-  constexpr unsigned kLevel = 2;
+  constexpr unsigned kComparedLevel = 2;
   constexpr std::uint8_t kLeastShare = 64;
   constexpr double kPlain = 12;  // deviation of chroma
-  const PointColours& colour = backdrop.colour[kLevel];
+  const PointColours& colour = backdrop.colour[kComparedLevel];
   double count = 0;
   double luma = 0;
   double cb = 0;
   double cr = 0;
   double squares = 0;
   for (unsigned i = 0; i < static_cast<unsigned>(points); ++i) {
-    if (backdrop.share[kLevel][i] < kLeastShare) continue;
+    if (backdrop.share[kComparedLevel][i] < kLeastShare) continue;
     const int b = colour.cb[i];
     const int r = colour.cr[i];
     count += 1;
