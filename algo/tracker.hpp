@@ -212,7 +212,6 @@ class Tracker {
   std::array<std::uint8_t, kMaxPhotoPoints> photo_hue_{};
   std::uint8_t photo_background_hue_ = kHueUndefined;
   std::array<PointColours, kColourLevels> as_photographed_;  // of the photo-model
-  bool rim_left_out_ = false;                                // of this frame's measures
   CorrelationModel search_model_;
   CorrelationModel settle_model_;
   CorrelationModel judge_model_;

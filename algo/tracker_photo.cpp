@@ -92,8 +92,7 @@ void Tracker::build_measures() {
 void Tracker::put_before_backdrop(bool limited_range) {
   const Backdrop backdrop = find_backdrop(colour_left_, colour_right_, limited_range);
   put_before(backdrop, backdrop_change(photo_.backdrop, backdrop), as_photographed_, photo_);
-  rim_left_out_ = photo_.masked && !backdrop.plain;
-  leave_rim_out(rim_left_out_, photo_);
+  leave_rim_out(photo_.masked && !backdrop.plain, photo_);
   build_measures();
 }
 

@@ -122,9 +122,8 @@ void print_points(const PhotoModel& model) {
     like_background += hue_distance(model.hue[i], model.background_hue) <= tolerance ? 1 : 0;
   }
   std::printf(
-      "points     %d S_in, %d of them on the target, %d S_out; of the target's, %.0f %% have a hue, %.0f %% "
-      "the "
-      "background's\n",
+      "points     %d S_in, %d of them on the target, %d S_out; of the target's, "
+      "%.0f %% have a hue, %.0f %% the background's\n",
       model.inner, of_target, model.outer, share(with_hue, of_target), share(like_background, of_target));
   if (2 * like_background > of_target) {
     std::printf(
